@@ -1,0 +1,20 @@
+// The subcommands of the program `perp`, one file each: what a command reads, does and prints stands there.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace perp {
+
+/// How a command ended; also the exit status of `perp`. With several files the largest.
+enum ExitStatus {
+  Done = 0,
+  ToleranceNotReached = 1,  ///< a step or a problem; what was computed is written
+  BadInput = 2,             ///< arguments, scene or data file: std::invalid_argument, or CLI11's own errors
+  InternalError = 3,        ///< any other exception
+};
+
+// Each adds its subcommand to `perp`. When the command line names it, it runs while the line is parsed and
+// leaves in `status` how it ended; it throws as the library does.
+void add_methods_command(CLI::App& perp, int& status);
+
+}  // namespace perp
