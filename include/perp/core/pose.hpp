@@ -7,11 +7,11 @@ namespace perp {
 
 /// X_WB: maps body coordinates to world coordinates, x_W = p + R x_B.
 struct Pose {
-  Vector3 p = Vector3::Zero();              ///< p_WB, body origin in world axes [m]
-  Quaternion q = Quaternion::Identity();    ///< R_WB as a unit quaternion
+  Vector3 p = Vector3::Zero();            ///< p_WB, body origin in world axes [m]
+  Quaternion q = Quaternion::Identity();  ///< R_WB as a unit quaternion
 
-  Matrix3 R() const { return q.toRotationMatrix(); }                          ///< R_WB
-  Vector3 operator*(const Vector3& x_B) const { return p + q * x_B; }          ///< body point to world
+  Matrix3 R() const { return q.toRotationMatrix(); }                   ///< R_WB
+  Vector3 operator*(const Vector3& x_B) const { return p + q * x_B; }  ///< body point to world
   Pose operator*(const Pose& X_BC) const { return {*this * X_BC.p, q * X_BC.q}; }
   Pose inverse() const { return {q.conjugate() * (-p), q.conjugate()}; }
 };

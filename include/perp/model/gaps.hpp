@@ -1,0 +1,40 @@
+// The gaps that perp brings along. Each says which of the two bodies is which: A first, B second, as in add_contact.
+#pragma once
+
+#include "perp/model/gap.hpp"
+
+namespace perp {
+
+/// A half space of body A in A's axes: solid where normal . (x - point) < 0. The default is the floor z = 0.
+struct Plane {
+  Vector3 normal = Vector3::UnitZ();  ///< outwards; made a unit vector
+  Vector3 point = Vector3::Zero();    ///< anywhere on the boundary [m]
+};
+
+/// The line y = 0 of planar scenes, solid below.
+inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
+
+// Spatial. Lengths in m; each throws std::invalid_argument for a length that is not positive and finite.
+[[nodiscard]] Gap particle_on_plane(const Plane& plane = {});               ///< B's origin
+[[nodiscard]] Gap sphere_on_plane(double radius, const Plane& plane = {});  ///< sphere about B's origin
+[[nodiscard]] Gap sphere_on_sphere(double radius_a, double radius_b);       ///< both about their origins
+[[nodiscard]] Gap sphere_in_sphere(double radius_a, double radius_b);       ///< B inside the hollow A
+[[nodiscard]] Gap capsule_on_plane(double radius, double length,
+                                   const Plane& plane = {});                   ///< axis B's z; 2 points
+[[nodiscard]] Gap box_on_plane(const Vector3& size, const Plane& plane = {});  ///< full edges of B; 8 points
+
+/// Box on box, face to face: the top of A (its +z face) carries the bottom of B (its -z face), for stacks. The points
+/// are the corners of the overlap of B's bottom rectangle with A's top rectangle, seen along A's z: at most 8, and
+/// none where the faces do not overlap. The gap is the height of B's bottom face over A's top face there. Right while
+/// it is these two faces that meet, exact for parallel ones (tilted by alpha, the rate that the normal promises is off
+/// by alpha times the sliding speed); edges and side faces do not collide.
+[[nodiscard]] Gap box_on_box(const Vector3& size_a, const Vector3& size_b);
+
+// Planar: A's and B's z axes are the world's; normals lie in the xy plane.
+[[nodiscard]] Gap disc_on_line(double radius, const Plane& line = horizontal_line);
+[[nodiscard]] Gap disc_in_circle(double radius_circle, double radius_disc);  ///< circle about A's origin
+[[nodiscard]] Gap particle_in_circle(double radius);  ///< B's origin; along z it is a tube
+[[nodiscard]] Gap box_on_line(double width, double height,
+                              const Plane& line = horizontal_line);  ///< 4 points
+
+}  // namespace perp

@@ -1,0 +1,135 @@
+// The system: bodies, joints, contacts, loads. Physics only; no step size, no number of polygon edges.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+#include <vector>
+
+#include "perp/model/body.hpp"
+#include "perp/model/force.hpp"
+#include "perp/model/gap.hpp"
+#include "perp/model/inertia.hpp"
+#include "perp/model/joint.hpp"
+#include "perp/model/state.hpp"
+
+namespace perp {
+
+struct BodyOptions {
+  Pose pose = {};         ///< in Model::rest(); joints are defined at these poses
+  std::string name = {};  ///< "body N" if empty; unique; letters, digits, '_', '-' in files
+};
+
+/// Handle of a contact (all its points) in the Model that made it.
+struct ContactId {
+  int index = 0;
+  friend bool operator==(ContactId, ContactId) = default;
+};
+
+struct ContactOptions {
+  double mu = 0;          ///< Coulomb friction: |p_f| <= mu p_n, the circular cone (12); 0: none
+  double e = 0;           ///< Newton's restitution, in [0, 1]
+  std::string name = {};  ///< "contact N" if empty; unique
+  Vector3 tangent =
+      Vector3::Zero();  ///< wish for t of the contact frame, world axes; zero: contact_frame's choice
+};
+
+/// Bodies a and b that may touch where `gap` says.
+struct Contact {
+  std::string name;
+  BodyId a, b;
+  Gap gap;
+  double mu = 0, e = 0;
+  Vector3 tangent;
+  int first_point = 0;  ///< of its points among all points of the model
+  int tangents = 2;     ///< directions of friction: 2 in space, 1 in the plane, 0 without friction
+};
+
+struct Momentum {
+  Vector3 linear = Vector3::Zero();   ///< [kg m/s]
+  Vector3 angular = Vector3::Zero();  ///< about the world's origin [kg m^2/s]
+};
+
+/// A value type that is built once and then only read: one const Model may serve many threads, each with a Stepper of its
+/// own. Every add_* throws std::invalid_argument naming the argument that it cannot take, and then adds nothing.
+class Model {
+ public:
+  Model();
+
+  BodyId add_body(const Inertia& inertia, BodyOptions options = {});  ///< spatial, 6 velocities
+  BodyId add_planar_body(double mass, double J,
+                         BodyOptions options = {});            ///< kg, kg m^2 about z; in the xy plane
+  BodyId add_particle(double mass, BodyOptions options = {});  ///< 3 velocities
+  BodyId add_prescribed(PrescribedMotion motion, BodyOptions options = {});  ///< no unknowns
+
+  ContactId add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options = {});
+  JointId add_joint(const Joint& joint);
+  void add_spring(const Spring& spring);
+  void add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench);
+  void set_gravity(const Vector3& g);  ///< [m/s^2], world axes; (0, 0, -9.81) by default
+
+  const std::vector<Body>& bodies() const { return bodies_; }  ///< [0] is the ground
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::vector<JointGeometry>& joints() const { return joints_; }
+  const std::vector<Spring>& springs() const { return springs_; }
+  const std::vector<BodyForce>& forces() const { return forces_; }
+  const Vector3& gravity() const { return gravity_; }
+  const Body& body(BodyId b) const { return bodies_[static_cast<std::size_t>(b.index)]; }
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+  int contact_points() const { return points_; }  ///< of all contacts
+
+  BodyId find_body(std::string_view name) const;        ///< throws std::invalid_argument if there is none
+  ContactId find_contact(std::string_view name) const;  ///< likewise
+
+  /// All bodies at their BodyOptions::pose, at rest, t = 0.
+  State rest() const;
+
+  // Parts of a state, all in world axes; setters throw std::invalid_argument for a value that is not finite, and for a body
+  // that has no such coordinate (the ground, a particle's orientation, a planar body's height).
+  void set_position(State& x, BodyId b, const Vector3& p) const;
+  void set_orientation(State& x, BodyId b, const Quaternion& q) const;  ///< normalised; planar: about z
+  void set_velocity(State& x, BodyId b, const Vector3& v, const Vector3& w = Vector3::Zero()) const;
+  Pose pose(const State& x, BodyId b) const;    ///< X_WB
+  Twist twist(const State& x, BodyId b) const;  ///< of X_WB
+  Vector3 position(const State& x, BodyId b) const { return pose(x, b).p; }
+  Vector3 velocity(const State& x, BodyId b) const { return twist(x, b).v; }
+  Vector3 angular_velocity(const State& x, BodyId b) const { return twist(x, b).w; }
+  double angle(const State& x, BodyId planar) const;  ///< a planar body's, not wrapped [rad]
+
+  /// Kinetic energy, and potential energy of gravity and springs (zero at the origin and unstretched) [J].
+  double energy(const State& x) const;
+  double kinetic_energy(const State& x) const;
+  Momentum momentum(const State& x) const;
+
+  /// Throws std::invalid_argument naming `where` unless x has this model's sizes and finite entries.
+  void check(std::string_view where, const State& x) const;
+
+  /// A number that differs between any two models that were not copied from each other unchanged.
+  std::uint64_t revision() const { return revision_; }
+  /// Names of the contact points: the contact's own, or NAME.0, NAME.1, ... of a patch.
+  std::shared_ptr<const std::vector<std::string>> point_names() const { return point_names_; }
+
+ private:
+  BodyId add(Body body, BodyOptions options, const char* where);
+  void changed();
+
+  std::vector<Body> bodies_;
+  std::vector<Contact> contacts_;
+  std::vector<JointGeometry> joints_;
+  std::vector<Spring> springs_;
+  std::vector<BodyForce> forces_;
+  Vector3 gravity_{0, 0, -9.81};
+  int nq_ = 0, nv_ = 0, points_ = 0;
+  std::uint64_t revision_ = 0;
+  std::unordered_set<std::string> contact_names_;
+  std::shared_ptr<std::vector<std::string>> point_names_;
+};
+
+/// q ⊕ h nu: the configuration after moving at the constant velocity nu for the time h. Positions move by h v, orientations
+/// by the exponential map of h w, which is the seed's (26) with the quaternion kept at unit length (erratum 17).
+void move(const Model& model, const Vector& nu, double h, Vector& q);
+
+}  // namespace perp

@@ -1,0 +1,199 @@
+#include "perp/model/model.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "perp/core/errors.hpp"
+
+namespace perp {
+namespace {
+
+std::uint64_t next_revision() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+bool moves(BodyKind kind) { return kind != BodyKind::Ground && kind != BodyKind::Prescribed; }
+
+void need_finite(std::string_view where, std::string_view argument, const Vector3& v) {
+  for (const double x : v)
+    if (!std::isfinite(x)) refuse(where, argument, x, "needs finite entries");
+}
+
+void need_index(std::string_view where, std::string_view argument, int index, std::size_t size) {
+  if (index < 0 || static_cast<std::size_t>(index) >= size)
+    refuse(where, argument, index, "is not of this model");
+}
+
+}  // namespace
+
+Model::Model() : point_names_(std::make_shared<std::vector<std::string>>()) {
+  bodies_.push_back({.name = "ground"});
+  revision_ = next_revision();
+}
+
+void Model::changed() { revision_ = next_revision(); }
+
+BodyId Model::add(Body body, BodyOptions options, const char* where) {
+  need_finite(where, "pose.p", options.pose.p);
+  const double norm = options.pose.q.norm();
+  if (!(norm > 0) || !std::isfinite(norm))
+    refuse(where, "pose.q", norm, "needs a quaternion of finite length");
+  options.pose.q.normalize();
+  body.name = options.name.empty() ? "body " + std::to_string(bodies_.size()) : std::move(options.name);
+  for (const Body& other : bodies_)
+    if (other.name == body.name) refuse(where, "name", body.name, "is taken already");
+  body.rest = options.pose;
+  body.q0 = nq_;
+  body.v0 = nv_;
+  nq_ += body.nq;
+  nv_ += body.nv;
+  bodies_.push_back(std::move(body));
+  changed();
+  return {static_cast<int>(bodies_.size()) - 1};
+}
+
+BodyId Model::add_body(const Inertia& inertia, BodyOptions options) {
+  return add({.kind = BodyKind::Spatial,
+              .mass = inertia.mass(),
+              .J = inertia.tensor(),
+              .J_inverse = inertia.tensor().inverse(),
+              .nq = 7,
+              .nv = 6},
+             std::move(options), "add_body");
+}
+
+BodyId Model::add_planar_body(double mass, double J, BodyOptions options) {
+  if (!(mass > 0) || !std::isfinite(mass))
+    refuse("add_planar_body", "mass", mass, "needs to be positive [kg]");
+  if (!(J > 0) || !std::isfinite(J)) refuse("add_planar_body", "J", J, "needs to be positive [kg m^2]");
+  const Quaternion& q = options.pose.q;
+  if (options.pose.p.z() != 0 || q.x() != 0 || q.y() != 0)
+    refuse("add_planar_body", "pose", "out of the plane", "a planar body lies at z = 0 and turns about z");
+  Body body{.kind = BodyKind::Planar, .mass = mass, .nq = 3, .nv = 3};
+  body.J(2, 2) = J;
+  body.J_inverse(2, 2) = 1 / J;
+  return add(std::move(body), std::move(options), "add_planar_body");
+}
+
+BodyId Model::add_particle(double mass, BodyOptions options) {
+  if (!(mass > 0) || !std::isfinite(mass)) refuse("add_particle", "mass", mass, "needs to be positive [kg]");
+  return add({.kind = BodyKind::Particle, .mass = mass, .nq = 3, .nv = 3}, std::move(options),
+             "add_particle");
+}
+
+BodyId Model::add_prescribed(PrescribedMotion motion, BodyOptions options) {
+  if (!motion.pose || !motion.twist)
+    refuse("add_prescribed", "motion", "without pose or twist", "needs both as functions of time");
+  options.pose = motion.pose(0);
+  return add({.kind = BodyKind::Prescribed, .motion = std::move(motion)}, std::move(options),
+             "add_prescribed");
+}
+
+ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options) {
+  need_index("add_contact", "a", a.index, bodies_.size());
+  need_index("add_contact", "b", b.index, bodies_.size());
+  Contact contact{.name = std::move(options.name),
+                  .a = a,
+                  .b = b,
+                  .gap = std::move(gap),
+                  .mu = options.mu,
+                  .e = options.e,
+                  .tangent = options.tangent,
+                  .first_point = points_};
+  if (contact.name.empty()) contact.name = "contact " + std::to_string(contacts_.size() + 1);
+  const std::string where = "contact '" + contact.name + "'";
+  if (a == b) refuse(where, "b", body(b).name, "a contact needs two different bodies");
+  const BodyKind kind_a = body(a).kind, kind_b = body(b).kind;
+  if (!moves(kind_a) && !moves(kind_b))
+    refuse(where, "a and b", "immovable", "one of them needs to be able to move");
+  if (!(contact.mu >= 0) || !std::isfinite(contact.mu))
+    refuse(where, "mu", contact.mu, "needs to be >= 0 and finite");
+  if (!(contact.e >= 0 && contact.e <= 1)) refuse(where, "e", contact.e, "needs to be in [0, 1]");
+  need_finite(where, "tangent", contact.tangent);
+  if (!contact_names_.insert(contact.name).second)
+    refuse("add_contact", "name", contact.name, "is taken already");
+
+  const auto in_plane = [](BodyKind kind) { return kind == BodyKind::Planar || !moves(kind); };
+  contact.tangents = contact.mu == 0 ? 0 : in_plane(kind_a) && in_plane(kind_b) ? 1 : 2;
+  points_ += contact.gap.points();
+
+  if (point_names_.use_count() > 1)  // a report or a copy of this model reads the old list
+    point_names_ = std::make_shared<std::vector<std::string>>(*point_names_);
+  for (int i = 0; i < contact.gap.points(); ++i)
+    point_names_->push_back(contact.gap.points() == 1 ? contact.name
+                                                      : contact.name + "." + std::to_string(i));
+  contacts_.push_back(std::move(contact));
+  changed();
+  return {static_cast<int>(contacts_.size()) - 1};
+}
+
+JointId Model::add_joint(const Joint& joint) {
+  need_index("add_joint", "a", joint.a.index, bodies_.size());
+  need_index("add_joint", "b", joint.b.index, bodies_.size());
+  const Body &a = body(joint.a), &b = body(joint.b);
+  Joint named = joint;
+  if (named.options.name.empty()) named.options.name = "joint " + std::to_string(joints_.size() + 1);
+  const std::string where = "joint '" + named.options.name + "'";
+  if (!moves(a.kind) && !moves(b.kind))
+    refuse(where, "a and b", "immovable", "one of them needs to be able to move");
+  if ((a.kind == BodyKind::Particle || b.kind == BodyKind::Particle) && joint.kind != JointKind::Ball)
+    refuse(where, "a or b", "a particle", "a particle has no orientation: only a ball joint fits");
+  for (const JointGeometry& other : joints_)
+    if (other.name == named.options.name) refuse("add_joint", "name", other.name, "is taken already");
+  const auto in_plane = [](BodyKind kind) { return kind == BodyKind::Planar || !moves(kind); };
+  joints_.push_back(joint_geometry(named, a.rest, b.rest, in_plane(a.kind) && in_plane(b.kind)));
+  changed();
+  return {static_cast<int>(joints_.size()) - 1};
+}
+
+void Model::add_spring(const Spring& spring) {
+  need_index("add_spring", "a", spring.a.index, bodies_.size());
+  need_index("add_spring", "b", spring.b.index, bodies_.size());
+  const auto need = [](const char* argument, double value) {
+    if (!(value >= 0) || !std::isfinite(value))
+      refuse("add_spring", argument, value, "needs to be >= 0 and finite");
+  };
+  need("stiffness", spring.stiffness);
+  need("damping", spring.damping);
+  need("length", spring.length);
+  need_finite("add_spring", "point_a", spring.point_a);
+  need_finite("add_spring", "point_b", spring.point_b);
+  springs_.push_back(spring);
+  changed();
+}
+
+void Model::add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench) {
+  need_index("add_force", "body", body.index, bodies_.size());
+  if (!wrench) refuse("add_force", "wrench", "empty", "needs a function");
+  forces_.push_back({body, std::move(wrench)});
+  changed();
+}
+
+void Model::set_gravity(const Vector3& g) {
+  need_finite("set_gravity", "g", g);
+  gravity_ = g;
+  changed();
+}
+
+namespace {
+
+template <class Things>
+int find(const Things& things, std::string_view name, const char* where) {
+  const auto it =
+      std::find_if(things.begin(), things.end(), [&](const auto& thing) { return thing.name == name; });
+  if (it == things.end()) {
+    std::string known;
+    for (const auto& thing : things) known += (known.empty() ? "" : ", ") + thing.name;
+    refuse(where, "name", name, "needs to be one of: " + known);
+  }
+  return static_cast<int>(it - things.begin());
+}
+
+}  // namespace
+
+BodyId Model::find_body(std::string_view name) const { return {find(bodies_, name, "find_body")}; }
+ContactId Model::find_contact(std::string_view name) const { return {find(contacts_, name, "find_contact")}; }
+
+}  // namespace perp
