@@ -1,0 +1,32 @@
+# Installs the build at `build` into a folder of its own within it, builds the outside project that stands beside
+# this file against that, and runs its programs; all with sanitizers if perp was built with them (`sanitize`).
+cmake_minimum_required(VERSION 3.20)
+set(flags "")
+if(sanitize)
+  set(flags -fsanitize=address,undefined)
+endif()
+set(place ${build}/package)
+file(REMOVE_RECURSE ${place}/prefix)
+
+function(must)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE failed OUTPUT_VARIABLE text ERROR_VARIABLE text)
+  if(failed)
+    message(FATAL_ERROR "${ARGN}:\n${text}")
+  endif()
+  set(text "${text}" PARENT_SCOPE)
+endfunction()
+
+must(${CMAKE_COMMAND} --install ${build} --prefix ${place}/prefix)
+must(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${place}/build -DCMAKE_PREFIX_PATH=${place}/prefix
+     "-DCMAKE_CXX_FLAGS=${flags}")
+must(${CMAKE_COMMAND} --build ${place}/build --parallel 2)
+foreach(program program1 program2)
+  must(${place}/build/${program})
+  message("${text}")
+endforeach()
+must(${place}/prefix/bin/perp --version)
+file(STRINGS ${root}/include/perp/version.hpp version REGEX "define PERP_VERSION")
+string(REGEX REPLACE ".*\"(.*)\"" "perp \\1\n" version "${version}")
+if(NOT text STREQUAL version)
+  message(FATAL_ERROR "perp --version says ${text}, the version is ${version}")
+endif()

@@ -1,0 +1,10 @@
+# Fails when doxygen, run as the target doc of the build at `build` runs it, has a warning.
+cmake_minimum_required(VERSION 3.20)
+if(NOT doxygen)
+  message("skipped: doxygen is not installed")
+  return()
+endif()
+execute_process(COMMAND ${doxygen} ${build}/doc/Doxyfile RESULT_VARIABLE warned)
+if(warned)
+  message(FATAL_ERROR "doxygen had a warning")
+endif()
