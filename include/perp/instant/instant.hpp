@@ -1,0 +1,99 @@
+// What the system is like at one state: the one question that every method asks.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "perp/model/model.hpp"
+
+namespace perp {
+
+/// A wrench map W over the two bodies that it touches, as two small blocks; C columns, one a direction. A body's block has a
+/// row for each of its velocities (none for the ground and for prescribed bodies):
+///   nu-space impulse = W p,   relative velocity = W^T nu + (explicit part).
+template <int C>
+struct WrenchMap {
+  using Columns = Eigen::Matrix<double, C, 1>;
+  using Block = Eigen::Matrix<double, 6, C>;
+  int va = 0, na = 0;                          ///< first velocity and number of velocities of body a
+  int vb = 0, nb = 0;                          ///< of body b
+  Block A = Block::Zero(), B = Block::Zero();  ///< rows past na and nb are zero
+
+  /// W^T nu over the system's velocities.
+  Columns velocity(const Vector& nu) const {
+    Columns u = Columns::Zero();
+    for (int c = 0; c < C; ++c) {
+      for (int i = 0; i < na; ++i) u[c] += A(i, c) * nu[va + i];
+      for (int i = 0; i < nb; ++i) u[c] += B(i, c) * nu[vb + i];
+    }
+    return u;
+  }
+
+  /// out += W p.
+  void add_impulse(const Columns& p, Vector& out) const {
+    for (int c = 0; c < C; ++c) {
+      for (int i = 0; i < na; ++i) out[va + i] += A(i, c) * p[c];
+      for (int i = 0; i < nb; ++i) out[vb + i] += B(i, c) * p[c];
+    }
+  }
+};
+
+/// A contact point whose gap exists now.
+struct ContactInstant {
+  int contact = 0;                      ///< in Model::contacts()
+  int point = 0;                        ///< among all points of the model
+  double psi_n = 0;                     ///< gap [m]
+  Vector3 position = Vector3::Zero();   ///< where impulses act, world axes [m]
+  Matrix3 frame = Matrix3::Identity();  ///< columns n, t, o in world axes
+  int tangents = 0;                     ///< friction directions in use: 0, 1 (t) or 2 (t, o)
+  WrenchMap<3> W;                       ///< columns n, t, o: W_n and W_f of (24)
+  Vector3 bias = Vector3::Zero();       ///< explicit velocities: (dPsi_n/dt, dphi_f/dt) (erratum 30) [m/s]
+  double mu = 0, e = 0;
+
+  /// Relative velocity of b over a along n, t, o [m/s].
+  Vector3 velocity(const Vector& nu) const { return W.velocity(nu) + bias; }
+};
+
+/// One equation of a joint, or (as `friction`) the motion along which a joint has friction.
+struct JointRowInstant {
+  int joint = 0;        ///< in Model::joints()
+  double psi_b = 0;     ///< [m] or [rad]; of friction rows the joint's coordinate
+  double psi_b_t = 0;   ///< explicit time derivative [m/s, rad/s]
+  double friction = 0;  ///< c_max [N, N m]; 0 in equations
+  WrenchMap<1> W;       ///< W_b of (24)
+
+  double velocity(const Vector& nu) const { return W.velocity(nu)[0] + psi_b_t; }
+};
+
+/// Everything the equations of motion (24) and the constraints (7), (8) need at one state. Refilled by `evaluate`; it
+/// allocates nothing while the model stays the same.
+struct Instant {
+  double t = 0;
+  std::vector<Pose> X;   ///< X_WB of every body
+  std::vector<Twist> V;  ///< its twist, world axes
+  Vector k;              ///< g_ext with the gyroscopic terms (erratum 4), in nu's axes [N, N m]
+  std::vector<ContactInstant> contacts;     ///< points with a finite gap, in the model's order
+  std::vector<JointRowInstant> joint_rows;  ///< psi_b = 0, in the model's order
+  std::vector<JointRowInstant> joint_frictions;
+
+  /// Empty, or what was not finite: "gap of contact 'floor' is nan at t = 0.3". The rest is then incomplete.
+  std::string fault;
+
+  double gap_min() const;      ///< min psi_n [m]; infinity without contacts
+  double joint_error() const;  ///< max |psi_b| [m, rad]; 0 without joints
+
+  std::vector<Matrix3> R;            ///< X's rotations, as matrices
+  std::vector<ContactPoint> points;  ///< scratch
+};
+
+/// Fills `instant` with the system at x. Sizes are the caller's duty (Model::check).
+void evaluate(const Model& model, const State& x, Instant& instant);
+
+/// M^-1 f for a vector of the system's velocity space; M is block diagonal and constant in nu's axes.
+void solve_mass(const Model& model, const Vector& f, Vector& out);
+/// M nu.
+void multiply_mass(const Model& model, const Vector& nu, Vector& out);
+/// One body's part of M^-1 f: f and out have its nv entries.
+void solve_mass(const Body& body, const double* f, double* out);
+
+}  // namespace perp
