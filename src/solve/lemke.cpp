@@ -100,15 +100,21 @@ int LemkeSolver::blocking_row(int slot) {
     const double* r = row(i);
     if (r[s] < -zero) step = std::min(step, std::max(r[0], 0.0) / -r[s]);
   }
+  const double slack = options_.tie_tolerance * b_scale_;
+  const auto remainder = [&](const double* r) { return r[0] + step * r[s]; };
   tied_.clear();
   for (int i = 0; i < n_; ++i) {
     const double* r = row(i);
-    if (r[s] >= -zero || r[0] + step * r[s] > options_.tie_tolerance * (b_scale_ + std::abs(r[0]))) continue;
-    if (basic_[at(i)] == 2 * n_) return i;  // z0 can leave: the end of the path
+    if (r[s] >= -zero || remainder(r) > slack + options_.tie_tolerance * std::abs(r[0])) continue;
     tied_.push_back(i);
   }
-  if (tied_.size() > 1) return first_in_lexicographic_order(slot);
-  return tied_.empty() ? -1 : tied_.front();
+  if (tied_.empty()) return -1;
+  const int z0_row = row_of(2 * n_);  // z0 leaves where it can: the end of the path
+  if (row(z0_row)[s] < -zero && remainder(row(z0_row)) <= 1e-7 * b_scale_) return z0_row;
+  for (const int i : tied_)
+    if (std::abs(row(i)[0]) <= slack) step = 0;
+  for (const int i : tied_) row(i)[0] = -step * row(i)[s];  // tied exactly
+  return tied_.size() == 1 ? tied_.front() : first_in_lexicographic_order(slot);
 }
 
 // Of the tied rows the one whose [entry of s, of s², ...] / |pivot| is least. With b + (s, s², ...) in place of b a
@@ -139,7 +145,7 @@ int LemkeSolver::first_in_lexicographic_order(int slot) {
 // Lets entering_ grow, then the complement of what left, and so on.
 LcpStatus LemkeSolver::follow(const ConstMatrix& A, const ConstVector& b) {
   for (int k = 1; pivots_ < max_pivots_; ++k) {
-    if (k % check_every == 0 && has_drifted(A, b)) refactorise(A, b);
+    if (k % check_every == 0 && has_drifted(A, b) && !refactorise(A, b)) return LcpStatus::Inaccurate;
     const int slot = slot_of(entering_);
     const int r = blocking_row(slot);
     if (r < 0) return LcpStatus::SecondaryRay;
@@ -301,7 +307,7 @@ void LemkeSolver::solve(const ConstMatrix& A, const ConstVector& b, LcpSolution&
   out.status = follow(A, b);
   double error = infinity;
   for (int repair = 0;; ++repair) {
-    if (out.status == LcpStatus::PivotLimit) break;
+    if (out.status == LcpStatus::PivotLimit || out.status == LcpStatus::Inaccurate) break;
     if (out.status == LcpStatus::Solved) {
       error = read_solution(A, b, out.z);
       if (error <= 0.01 * options_.tolerance) break;
