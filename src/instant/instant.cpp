@@ -127,10 +127,7 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s) {
       c.mu = contact.mu;
       c.e = contact.e;
       c.bias = {p.gap_t, 0, 0};
-      c.W.va = body_a.v0;
-      c.W.na = body_a.nv;
-      c.W.vb = body_b.v0;
-      c.W.nb = body_b.nv;
+      c.W.connect(model, contact.a, contact.b);
       fill_body(body_a, s.X[a], s.R[a], s.V[a], -1, x.t, c, c.W.A);
       fill_body(body_b, s.X[b], s.R[b], s.V[b], +1, x.t, c, c.W.B);
     }
@@ -143,10 +140,7 @@ JointRowInstant joint_row(const Model& model, const Instant& s, const JointGeome
   const auto a = static_cast<std::size_t>(joint.a.index), b = static_cast<std::size_t>(joint.b.index);
   const Body &body_a = model.bodies()[a], &body_b = model.bodies()[b];
   JointRowInstant row;
-  row.W.va = body_a.v0;
-  row.W.na = body_a.nv;
-  row.W.vb = body_b.v0;
-  row.W.nb = body_b.nv;
+  row.W.connect(model, joint.a, joint.b);
   const auto side = [&](const Body& body, std::size_t i, double sign, WrenchMap<1>::Block& block) {
     const Vector3 moment = (c_B - s.X[i].p).cross(linear) + angular;
     if (body.nv > 0) block = sign * coordinates(body, s.R[i], linear, moment);

@@ -15,6 +15,7 @@ template <int C>
 struct WrenchMap {
   using Columns = Eigen::Matrix<double, C, 1>;
   using Block = Eigen::Matrix<double, 6, C>;
+  int a = 0, b = 0;                            ///< indices of the two bodies
   int va = 0, na = 0;                          ///< first velocity and number of velocities of body a
   int vb = 0, nb = 0;                          ///< of body b
   Block A = Block::Zero(), B = Block::Zero();  ///< rows past na and nb are zero
@@ -27,6 +28,12 @@ struct WrenchMap {
       for (int i = 0; i < nb; ++i) u[c] += B(i, c) * nu[vb + i];
     }
     return u;
+  }
+
+  void connect(const Model& model, BodyId first, BodyId second) {
+    const Body &body_a = model.body(first), &body_b = model.body(second);
+    a = first.index, va = body_a.v0, na = body_a.nv;
+    b = second.index, vb = body_b.v0, nb = body_b.nv;
   }
 
   /// out += W p.

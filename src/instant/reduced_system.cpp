@@ -1,0 +1,143 @@
+#include "perp/instant/reduced_system.hpp"
+
+#include <Eigen/QR>
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// Y = M^-1 W, block by block.
+template <int C>
+void solve_mass(const Model& model, const WrenchMap<C>& W, WrenchMap<C>& Y) {
+  Y = W;
+  for (int c = 0; c < C; ++c) {
+    if (W.na > 0) solve_mass(model.bodies()[at(W.a)], W.A.col(c).data(), Y.A.col(c).data());
+    if (W.nb > 0) solve_mass(model.bodies()[at(W.b)], W.B.col(c).data(), Y.B.col(c).data());
+  }
+}
+
+/// W^T Y over the bodies that both touch (the others' velocities do not matter to each other).
+template <int C, int D>
+Eigen::Matrix<double, C, D> couple(const WrenchMap<C>& W, const WrenchMap<D>& Y) {
+  Eigen::Matrix<double, C, D> sum = Eigen::Matrix<double, C, D>::Zero();
+  if (W.na > 0 && W.a == Y.a) sum.noalias() += W.A.transpose() * Y.A;
+  if (W.na > 0 && W.a == Y.b) sum.noalias() += W.A.transpose() * Y.B;
+  if (W.nb > 0 && W.b == Y.a) sum.noalias() += W.B.transpose() * Y.A;
+  if (W.nb > 0 && W.b == Y.b) sum.noalias() += W.B.transpose() * Y.B;
+  return sum;
+}
+
+}  // namespace
+
+void ReducedSystem::assemble(const Model& model, const Instant& instant, const Island& island,
+                             const Vector& nu_free, const Vector& joint_bias) {
+  const std::size_t contacts = island.contacts.size(), frictions = island.joint_frictions.size();
+  const auto contact = [&](std::size_t i) -> const ContactInstant& {
+    return instant.contacts[at(island.contacts[i])];
+  };
+  const auto friction = [&](std::size_t i) -> const JointRowInstant& {
+    return instant.joint_frictions[at(island.joint_frictions[i])];
+  };
+
+  offset_.resize(contacts);
+  contact_Y_.resize(contacts);
+  friction_Y_.resize(frictions);
+  int rows = 0;
+  for (std::size_t i = 0; i < contacts; ++i) {
+    offset_[i] = rows;
+    rows += 1 + contact(i).tangents;
+    solve_mass(model, contact(i).W, contact_Y_[i]);
+  }
+  frictions_ = rows;
+  rows += static_cast<int>(frictions);
+  for (std::size_t i = 0; i < frictions; ++i) solve_mass(model, friction(i).W, friction_Y_[i]);
+
+  W.resize(rows, rows);
+  q.resize(rows);
+  for (std::size_t i = 0; i < contacts; ++i) {
+    const int n = 1 + contact(i).tangents;
+    q.segment(offset_[i], n) = contact(i).velocity(nu_free).head(n);
+    for (std::size_t j = 0; j <= i; ++j) {
+      const int m = 1 + contact(j).tangents;
+      const Matrix3 S = couple(contact(i).W, contact_Y_[j]);
+      W.block(offset_[i], offset_[j], n, m) = S.topLeftCorner(n, m);
+      if (j < i) W.block(offset_[j], offset_[i], m, n) = S.topLeftCorner(n, m).transpose();
+    }
+  }
+  for (std::size_t i = 0; i < frictions; ++i) {
+    const int row = frictions_ + static_cast<int>(i);
+    q[row] = friction(i).velocity(nu_free);
+    for (std::size_t j = 0; j < contacts; ++j) {
+      const int m = 1 + contact(j).tangents;
+      const Eigen::RowVector3d S = couple(friction(i).W, contact_Y_[j]);
+      W.block(row, offset_[j], 1, m) = S.head(m);
+      W.block(offset_[j], row, m, 1) = S.head(m).transpose();
+    }
+    for (std::size_t j = 0; j <= i; ++j)
+      W(row, frictions_ + static_cast<int>(j)) = W(frictions_ + static_cast<int>(j), row) =
+          couple(friction(i).W, friction_Y_[j])(0, 0);
+  }
+  diagonal = W.diagonal();
+  eliminate_joints(model, instant, island, nu_free, joint_bias);
+}
+
+void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant, const Island& island,
+                                     const Vector& nu_free, const Vector& joint_bias) {
+  const int rows = size(), equations = static_cast<int>(island.joint_rows.size());
+  const auto row = [&](int i) -> const JointRowInstant& {
+    return instant.joint_rows[at(island.joint_rows[at(i)])];
+  };
+  N_.resize(equations, equations);
+  C_.resize(equations, rows);
+  p0_.resize(equations);
+  if (equations == 0) return;
+
+  joint_Y_.resize(at(equations));
+  for (int i = 0; i < equations; ++i) solve_mass(model, row(i).W, joint_Y_[at(i)]);
+  for (int i = 0; i < equations; ++i) {
+    for (int j = 0; j <= i; ++j) N_(i, j) = N_(j, i) = couple(row(i).W, joint_Y_[at(j)])(0, 0);
+    for (std::size_t j = 0; j < island.contacts.size(); ++j) {
+      const int m = 1 + instant.contacts[at(island.contacts[j])].tangents;
+      C_.block(i, offset_[j], 1, m) = couple(row(i).W, contact_Y_[j]).head(m);
+    }
+    for (std::size_t j = 0; j < island.joint_frictions.size(); ++j)
+      C_(i, frictions_ + static_cast<int>(j)) = couple(row(i).W, friction_Y_[j])(0, 0);
+    p0_[i] = -row(i).W.velocity(nu_free)[0] - joint_bias[island.joint_rows[at(i)]];
+  }
+
+  // N is positive definite unless rows repeat each other; a pivot's square root tells
+  llt_.compute(N_);
+  const auto pivots = llt_.matrixLLT().diagonal();
+  NC_ = C_;
+  if (llt_.info() == Eigen::Success && (pivots.array() > 1e-7 * N_.diagonal().array().sqrt()).all()) {
+    llt_.solveInPlace(NC_);
+    llt_.solveInPlace(p0_);
+  } else {
+    const Eigen::CompleteOrthogonalDecomposition<Matrix> qr(N_);
+    NC_ = qr.solve(C_);
+    p0_ = Vector(qr.solve(p0_));
+  }
+  W.noalias() -= C_.transpose() * NC_;
+  q.noalias() += C_.transpose() * p0_;
+}
+
+void ReducedSystem::add_impulses(const Instant& instant, const Island& island, const Vector& r,
+                                 Vector& impulse, Vector& reactions) const {
+  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
+    const ContactInstant& c = instant.contacts[at(island.contacts[i])];
+    Vector3 p = Vector3::Zero();
+    p.head(1 + c.tangents) = r.segment(offset_[i], 1 + c.tangents);
+    c.W.add_impulse(p, impulse);
+  }
+  for (std::size_t i = 0; i < island.joint_frictions.size(); ++i)
+    instant.joint_frictions[at(island.joint_frictions[i])].W.add_impulse(
+        WrenchMap<1>::Columns(r[frictions_ + static_cast<int>(i)]), impulse);
+  for (std::size_t i = 0; i < island.joint_rows.size(); ++i) {
+    double& p_b = reactions[island.joint_rows[i]];
+    p_b = p0_[static_cast<int>(i)] - NC_.row(static_cast<int>(i)).dot(r);
+    instant.joint_rows[at(island.joint_rows[i])].W.add_impulse(WrenchMap<1>::Columns(p_b), impulse);
+  }
+}
+
+}  // namespace perp
