@@ -1,0 +1,94 @@
+#include <array>
+#include <cmath>
+
+#include "perp/core/errors.hpp"
+#include "study/scene_parts.hpp"
+
+namespace perp {
+
+double Parameters::number(std::string_view name, double otherwise, std::string_view what, Allowed allowed) {
+  const auto found = set_.find(name);
+  const double value = found == set_.end() ? otherwise : found->second;
+  const bool above = allowed.open ? value > allowed.low : value >= allowed.low;
+  if (!std::isfinite(value) || !above || !(value <= allowed.high)) {
+    std::string need = "needs to be finite";
+    if (allowed.low > -infinity) need += (allowed.open ? " and > " : " and >= ") + shortest(allowed.low);
+    if (allowed.high < infinity) need += " and <= " + shortest(allowed.high);
+    refuse(scene_, name, value, need);
+  }
+  read_.push_back({std::string(name), value, std::string(what)});
+  return value;
+}
+
+int Parameters::count(std::string_view name, int otherwise, std::string_view what, int low, int high) {
+  const double value = number(name, otherwise, what, {double(low), double(high)});
+  if (value != std::floor(value)) refuse(scene_, name, value, "needs to be a whole number");
+  return static_cast<int>(value);
+}
+
+std::vector<SceneParameter> Parameters::all() const {
+  for (const auto& [name, value] : set_) {
+    std::string known;
+    bool has = false;
+    for (const SceneParameter& parameter : read_) {
+      has = has || parameter.name == name;
+      known += (known.empty() ? "" : ", ") + parameter.name;
+    }
+    if (!has)
+      refuse(scene_, "parameter", name,
+             known.empty() ? "it has no parameters" : "needs to be one of: " + known);
+  }
+  return read_;
+}
+
+namespace {
+
+struct BuiltIn {
+  const char* name;
+  SceneMaker make;
+};
+
+constexpr BuiltIn built_in[] = {
+    {"seed-sphere", seed_sphere},
+    {"oblique-sphere", oblique_sphere},
+    {"incline-block", incline_block},
+    {"cross-incline", cross_incline},
+    {"shaker", shaker},
+    {"turntable", turntable},
+    {"roller-in-cylinder", roller_in_cylinder},
+    {"friction-pendulum", friction_pendulum},
+    {"spring-block", spring_block},
+    {"dzhanibekov", dzhanibekov},
+    {"double-pendulum", double_pendulum},
+    {"bead-in-ring", bead_in_ring},
+    {"stack", stack},
+    {"creep", creep},
+};
+
+}  // namespace
+
+Scene scene(std::string_view name, const SceneParameters& set) {
+  std::string known;
+  for (const BuiltIn& candidate : built_in) {
+    if (name == candidate.name) {
+      Parameters parameters(name, set);
+      Scene made = candidate.make(parameters);
+      made.name = name;
+      made.parameters = parameters.all();
+      return made;
+    }
+    known += (known.empty() ? "" : ", ") + std::string(candidate.name);
+  }
+  refuse("scene", "name", name, "needs to be one of: " + known);
+}
+
+const std::vector<std::string>& scene_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list;
+    for (const BuiltIn& scene : built_in) list.emplace_back(scene.name);
+    return list;
+  }();
+  return names;
+}
+
+}  // namespace perp
