@@ -1,0 +1,39 @@
+// Tables for other programs: CSV with a header line, commas, and numbers that read back to the same double.
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace perp {
+
+/// A CSV file that is written row by row and appears under its name whole or not at all: rows go to PATH.part,
+/// which `finish` renames. Numbers are the shortest decimals that read back to the same double, '.' whatever
+/// the locale; NaN, "not set" in perp, is an empty cell. Text with a comma, quote or line break is quoted.
+/// Throws std::invalid_argument if the file cannot be made, std::runtime_error if the disk refuses what is
+/// written.
+class CsvFile {
+ public:
+  CsvFile(std::filesystem::path path, std::string_view header);  ///< header: names with commas, no line end
+  ~CsvFile();                                                    ///< unfinished: removes what was written
+  CsvFile(const CsvFile&) = delete;
+  CsvFile& operator=(const CsvFile&) = delete;
+
+  CsvFile& cell(double value);
+  CsvFile& cell(int value);
+  CsvFile& cell(std::string_view text);
+  void end_row();
+  void finish();
+
+ private:
+  CsvFile& next();
+  void flush();
+
+  std::filesystem::path path_, part_;
+  std::FILE* file_ = nullptr;
+  std::string buffer_;  ///< rows not yet given to the file
+  bool first_ = true;
+};
+
+}  // namespace perp
