@@ -13,10 +13,10 @@ namespace {
 using ConstMatrix = Eigen::Ref<const Matrix>;
 using ConstVector = Eigen::Ref<const Vector>;
 
-constexpr int check_every = 50;       // pivots between two looks at the rounding that has grown
-constexpr double drift_limit = 1e-9;  // of w - A z - d z0 - b relative to its terms, before setting up again
-constexpr double round_off = 4e-16;   // lcp_relative_residual not worth a refinement
-constexpr int max_repairs = 6;        // set-ups from the data at the path's end
+constexpr int check_every = 20;        // pivots between two looks at the rounding that has grown
+constexpr double drift_limit = 1e-11;  // of w - A z - d z0 - b relative to its terms, before setting up again
+constexpr double round_off = 4e-16;    // lcp_relative_residual not worth a refinement
+constexpr int max_repairs = 6;         // set-ups from the data at the path's end
 
 size_t at(int i) { return static_cast<size_t>(i); }
 
@@ -198,6 +198,18 @@ void LemkeSolver::cover_basis(const ConstMatrix& A) {
   for (int i = 0; i < n_; ++i) row(i)[s] = 1;
 }
 
+// At a ray: takes z0 out of the basis for one of the pair whose variables are both nonbasic, so that the basis is
+// complementary again, though not feasible. False if neither can take its place.
+bool LemkeSolver::drop_artificial() {
+  const int r = row_of(2 * n_);
+  const int one = slot_of(entering_), other = slot_of(entering_ < n_ ? entering_ + n_ : entering_ - n_);
+  const int slot = std::abs(row(r)[1 + one]) > std::abs(row(r)[1 + other]) ? one : other;
+  if (std::abs(row(r)[1 + slot]) <= options_.pivot_tolerance) return false;
+  exchange(r, slot);
+  ++pivots_;
+  return true;
+}
+
 // Whether the basic solution of the dictionary no longer satisfies w = A z + d z0 + b.
 bool LemkeSolver::has_drifted(const ConstMatrix& A, const ConstVector& b) {
   const double z0 = is_basic(2 * n_) ? row(row_of(2 * n_))[0] : 0;
@@ -306,28 +318,30 @@ void LemkeSolver::solve(const ConstMatrix& A, const ConstVector& b, LcpSolution&
   start();
   out.status = follow(A, b);
   double error = infinity;
-  for (int repair = 0;; ++repair) {
-    if (out.status == LcpStatus::PivotLimit || out.status == LcpStatus::Inaccurate) break;
+  for (int repairs = max_repairs, restarts = options_.restarts;;) {
     if (out.status == LcpStatus::Solved) {
       error = read_solution(A, b, out.z);
-      if (error <= 0.01 * options_.tolerance) break;
-    }
-    if (repair == max_repairs || !refactorise(A, b)) break;
-    if (out.status == LcpStatus::SecondaryRay) {
-      const int before = pivots_;
-      out.status = follow(A, b);
-      if (pivots_ == before) break;  // the same ray again
-    } else {
+      if (error <= good_enough * options_.tolerance || repairs-- == 0 || !refactorise(A, b)) break;
       error = read_solution(A, b, out.z);
-      if (error <= 0.01 * options_.tolerance) break;
+      if (error <= good_enough * options_.tolerance) break;
       cover_basis(A);
       if (!start()) break;
       out.status = follow(A, b);
+    } else if (out.status == LcpStatus::SecondaryRay) {
+      if (!refactorise(A, b)) break;
+      const int before = pivots_;
+      out.status = follow(A, b);
+      if (pivots_ != before) continue;  // no ray of the data
+      read_ray(A, b, out);
+      if (out.status == LcpStatus::NoSolution || restarts-- == 0 || !drop_artificial()) break;
+      cover_basis(A);
+      out.status = start() ? follow(A, b) : LcpStatus::Solved;
+    } else {
+      break;
     }
   }
   out.pivots = pivots_;
   if (out.status == LcpStatus::Solved && !(error <= options_.tolerance)) out.status = LcpStatus::Inaccurate;
-  if (out.status == LcpStatus::SecondaryRay) read_ray(A, b, out);
   if (out.status != LcpStatus::Solved && out.status != LcpStatus::Inaccurate) {
     out.z.setZero();
     evaluate(A, b, out.z);

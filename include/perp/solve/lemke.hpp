@@ -9,11 +9,13 @@ namespace perp {
 
 /// Options with defaults that need no touching.
 struct LemkeOptions {
-  int max_pivots = 0;              ///< 0 means 50 (n + 1)
+  int max_pivots = 0;              ///< of all paths together; 0 means 50 (n + 1)
   double pivot_tolerance = 1e-11;  ///< |pivot| <= this * max(1, max|column|) counts as zero [-]
-  double tie_tolerance = 1e-13;    ///< basic variables within this of zero, relative to b, leave as a tie [-]
-  double tolerance = 1e-11;        ///< Solved needs lcp_relative_residual <= this [-]
-  Vector covering;                 ///< d > 0, (n); empty means d = (1, ..., 1)
+  double tie_tolerance =
+      1e-10;  ///< basic variables within this * max|b| of zero are zero: they leave as a tie [-]
+  double tolerance = 1e-11;  ///< Solved needs lcp_relative_residual <= this [-]
+  Vector covering;           ///< d > 0, (n); empty means d = (1, ..., 1)
+  int restarts = 0;          ///< after a ray that proves nothing: new starts, each over the basis of the ray
 };
 
 /// Lemke's method [CPS92, Sec. 4.4] for 0 <= z ⟂ w = A z + b >= 0: adds the artificial z0,
@@ -51,6 +53,7 @@ class LemkeSolver {
   LcpStatus follow(const Eigen::Ref<const Matrix>& A, const Eigen::Ref<const Vector>& b);
   bool refactorise(const Eigen::Ref<const Matrix>& A, const Eigen::Ref<const Vector>& b);
   void cover_basis(const Eigen::Ref<const Matrix>& A);
+  bool drop_artificial();
   bool has_drifted(const Eigen::Ref<const Matrix>& A, const Eigen::Ref<const Vector>& b);
   double read_solution(const Eigen::Ref<const Matrix>& A, const Eigen::Ref<const Vector>& b, Vector& z);
   double evaluate(const Eigen::Ref<const Matrix>& A, const Eigen::Ref<const Vector>& b, const Vector& z);
