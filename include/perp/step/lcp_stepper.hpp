@@ -1,0 +1,73 @@
+// The seed's time-stepping LCP, and Anitescu and Potra's variant of it.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "perp/instant/islands.hpp"
+#include "perp/solve/lcp.hpp"
+#include "perp/step/stepper.hpp"
+
+namespace perp {
+
+struct Answer;
+
+/// Which linear problem a step solves. Both have the same velocities; they share `evaluate` alone.
+enum class LcpForm {
+  Condensed,  ///< joints eliminated as in (43)-(47): a standard LCP for each island
+  Mixed       ///< (25), (28) kept as equations: one mixed LCP for the whole system. For studies; slow
+};
+
+struct LcpStepperOptions {
+  int edges = 8;  ///< of the friction polygon at spatial contacts, >= 3
+  LcpForm form = LcpForm::Condensed;
+  bool anitescu_potra = false;  ///< gap rows W_n^T nu+ + dPsi/dt >= 0, without psi_n/h: `lcp-ap`
+  double tolerance = 1e-9;      ///< of the residuals, relative to the step's speeds [-]
+};
+
+/// A step of the seed's (25)-(38): M, W, k at the start of the step (t_l), impulses that satisfy at its end
+///   M (nu+ - nu) = h k + W_n p_n + W_f p_f + W_b p_b                                    (25)
+///   q+ = q ⊕ h nu+                                                                      (26)
+///   psi_b/h + W_b^T nu+ + dpsi_b/dt = 0                                                 (28)
+///   0 <= p_n ⟂ psi_n/h + W_n^T nu+ + dpsi_n/dt >= 0                                     (32)
+/// and the polygon's maximum work principle (36)-(38) with surface velocities (erratum 30). Order 1. Linear gaps: on curved ones it
+/// overlaps by h^2 v^2/(2R).
+///
+/// `lcp-ap` [AP97]: contacts that would close within the step get W_n^T nu+ + dpsi_n/dt >= 0 instead of (32): a solution always exists
+/// (without joints), and nothing pushes an overlap out.
+///
+/// Restitution: where contacts with e > 0 close in the step with approach speed u_n- < 0, q+ is that of e = 0, and nu+ comes
+/// from a second problem in which they have W_n^T nu+ + dpsi_n/dt >= -e u_n- and the other closed contacts >= 0.
+///
+/// Contacts that cannot close within the step are left out and checked against its answer; one that would have
+/// closed is added and the step solved again, so the answer is that of all contacts.
+class LcpStepper : public Stepper {
+ public:
+  explicit LcpStepper(LcpStepperOptions options = {});
+  ~LcpStepper() override;
+  LcpStepper(LcpStepper&&) noexcept;
+  LcpStepper& operator=(LcpStepper&&) noexcept;
+
+  std::string_view name() const override { return options_.anitescu_potra ? "lcp-ap" : "lcp"; }
+  int order() const override { return 1; }
+  const LcpStepperOptions& options() const { return options_; }
+
+  /// The LCP(F, f) of (39) of each island, in SI units, with z = (p_n, beta_u, beta_b, sigma_u, sigma_b): what a step from x
+  /// would solve first. To look at; a step scales it.
+  std::vector<Lcp> problems(const Model& model, const State& x, double h);
+
+ private:
+  struct Workspace;
+  void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) override;
+  void begin(const Model& model, const State& x, const StepRequest& request, const Instant& s);
+  bool solve(const Model& model, const Instant& s, const StepRequest& request, Answer& answer,
+             StepReport& report);
+  void certify(const Instant& s, const Island& island, std::size_t number, Answer& answer);
+  bool add_overlapping(const Instant& s, double h, const Answer& answer);
+  bool set_rebound(const State& x, const Instant& s);
+
+  LcpStepperOptions options_;
+  std::unique_ptr<Workspace> work_;
+};
+
+}  // namespace perp

@@ -1,0 +1,48 @@
+// From a first state to a time: step after step, none of them unsolved.
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+
+#include "perp/step/trajectory.hpp"
+
+namespace perp {
+
+struct SimulateOptions {
+  double t_end = not_set;                  ///< [s] > x.t; required
+  double h = not_set;                      ///< [s] > 0; required by steppers of fixed step
+  bool project_initial = false;            ///< first moves x onto its constraints (project_onto_constraints)
+  double max_correction_speed = infinity;  ///< cap on the speed at which an overlap is pushed out [m/s]
+  std::function<bool(double t)> progress = {};  ///< called after every step; false ends the run there
+};
+
+/// A step that did not reach its tolerance: what it said, and the trajectory up to it. The one exception that a correct
+/// program can meet.
+class StepFailure : public std::runtime_error {
+ public:
+  StepFailure(StepReport report, Trajectory trajectory);
+  const StepReport report;      ///< of the step that failed; report.t is where it would have ended
+  const Trajectory trajectory;  ///< all steps before it
+};
+
+/// Takes n = max(1, round((t_end - x.t)/h)) steps of (t_end - x.t)/n, so that t_k = x.t + k (t_end - x.t)/n.
+/// Throws StepFailure at the first step that does not advance; std::invalid_argument for options or a state that it
+/// cannot take.
+[[nodiscard]] Trajectory simulate(const Model& model, Stepper& stepper, const State& x,
+                                  const SimulateOptions& options);
+
+/// How far project_onto_constraints moved a state.
+struct Projection {
+  bool reached = false;  ///< whether the constraints hold now to the tolerance
+  int iterations = 0;
+  double moved = 0;           ///< largest change of a coordinate [m, rad]
+  double gap_min = infinity;  ///< afterwards [m]
+  double joint_error = 0;     ///< afterwards [m, rad]
+};
+
+/// Moves x to a nearby state with psi_b = 0, psi_n >= 0 (Newton steps, each the shortest in the norm of M), then takes away the
+/// velocity that joints and closed contacts do not allow (an impact without friction or restitution).
+/// `tolerance` is relative to the largest violation at the start, or 1e-14 m where that is less. Steps of at most 50.
+[[nodiscard]] Projection project_onto_constraints(const Model& model, State& x, double tolerance = 1e-13);
+
+}  // namespace perp

@@ -1,0 +1,107 @@
+// One step of a method, and the certificate that comes with it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "perp/model/model.hpp"
+
+namespace perp {
+
+enum class StepStatus {
+  Solved,     ///< all residuals within the stepper's tolerance; the state moved
+  Inexact,    ///< solved less well than the tolerance asks; the state did not move
+  NotSolved,  ///< the step's problem has no solution, or none was found; the state did not move
+  NotFinite,  ///< a gap, a load or the answer is not finite; the state did not move
+};
+
+enum class ContactMode { Open, Stick, Slip };
+
+[[nodiscard]] std::string_view name_of(
+    StepStatus status);  ///< "solved", "inexact", "not-solved", "not-finite"
+[[nodiscard]] std::string_view name_of(ContactMode mode);  ///< "open", "stick", "slip"
+
+/// How far the step's own equations are from holding, one number for each of the model's five parts (largest entry).
+struct Residuals {
+  double newton_euler = 0;  ///< (25) [N s, N m s]
+  double kinematic = 0;     ///< (26) [m, rad]
+  double joints = 0;        ///< (28) or the method's form of it [m, rad]
+  double normal = 0;        ///< (32), as a velocity [m/s]
+  double friction = 0;      ///< (36)-(38), as a velocity [m/s]
+};
+
+/// What one step says of itself, in numbers. Energies [J]; `NaN` where a failed step has no value.
+struct StepFigures {
+  double t = 0;  ///< at the end of the step [s]
+  double h = 0;  ///< step taken [s]
+  StepStatus status = StepStatus::NotSolved;
+  std::string_view solver = "none";  ///< who answered: "lemke", ...; "none" if nothing touched
+  int iterations = 0;                ///< its pivots or Newton iterations
+  Residuals residuals = {};
+  double gap_min = infinity;   ///< min psi_n(q+, t+), nonlinear [m]
+  double joint_error = 0;      ///< max |psi_b(q+, t+)|, nonlinear [m, rad]
+  double energy = not_set;     ///< Model::energy at the end
+  double energy_friction = 0;  ///< work of the friction impulses, <= 0 where they dissipate
+  double energy_impact = 0;    ///< work of the normal impulses against the change of their velocity
+
+  /// Whether the state moved; it does only if the step reached its tolerance.
+  bool advanced() const { return status == StepStatus::Solved; }
+};
+
+/// One contact point in reach during a step. World axes.
+struct ContactRow {
+  int contact = 0;                       ///< in Model::contacts()
+  int point = 0;                         ///< among all points of the model
+  double gap = not_set;                  ///< at the end of the step [m]; NaN of a contact out of reach
+  double p_n = 0;                        ///< normal impulse >= 0 [N s]
+  Vector3 normal = Vector3::Zero();      ///< from a to b
+  Vector3 position = Vector3::Zero();    ///< where the impulse acts [m]
+  Vector3 impulse = Vector3::Zero();     ///< on b over the step, normal and friction [N s]
+  ContactMode mode = ContactMode::Open;  ///< Slip for a closed contact without friction
+};
+
+/// A joint's part in a step.
+struct JointImpulse {
+  int joint = 0;        ///< in Model::joints()
+  double friction = 0;  ///< impulse of the joint's dry friction along its freedom [N s, N m s]
+};
+
+struct StepReport : StepFigures {
+  std::string message;               ///< empty if advanced(), else why not
+  std::vector<ContactRow> contacts;  ///< those in reach, in the model's order
+  std::vector<JointImpulse> joints;  ///< those with friction, in the model's order
+
+  /// The row of the contact `name` (of a patch: NAME.0, NAME.1, ...). One that was out of reach has zero impulse, is Open,
+  /// and its gap was not computed (NaN). Throws std::invalid_argument for a name that the model does not have.
+  ContactRow contact(std::string_view name) const;
+
+  std::shared_ptr<const std::vector<std::string>> point_names;
+};
+
+struct StepRequest {
+  double h = 0;                            ///< > 0 [s]
+  double t_end = not_set;                  ///< exact time at the end; x.t + h if not set
+  double max_correction_speed = infinity;  ///< an overlap is pushed out at this speed at most [m/s]
+};
+
+/// A method. It keeps workspaces, so one Stepper serves one thread; what it answers depends on its arguments alone.
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+  virtual std::string_view name() const = 0;  ///< as in `perp run --method NAME`
+  virtual int order() const = 0;              ///< in smooth motion
+
+  /// One step from x. Strong guarantee: x moves only if the report says advanced().
+  /// Throws std::invalid_argument unless h > 0 is finite and x fits the model.
+  [[nodiscard]] StepReport step(const Model& model, State& x, double h);
+
+  /// The same, filling a report that is used again, so that nothing is allocated.
+  void step(const Model& model, State& x, const StepRequest& request, StepReport& report);
+
+ protected:
+  virtual void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) = 0;
+};
+
+}  // namespace perp

@@ -1,0 +1,244 @@
+#include "perp/step/lcp_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "perp/core/errors.hpp"
+#include "perp/instant/cone.hpp"
+#include "perp/solve/lemke.hpp"
+#include "perp/step/polygonal_lcp.hpp"
+#include "step/mixed_form.hpp"
+#include "step/step_record.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// One island's problem and the solver that keeps its workspace.
+struct IslandProblem {
+  ReducedSystem reduced;
+  PolygonalLcp polygonal;
+  LemkeSolver lemke;
+  LcpSolution solution;
+  Vector r, u;  // impulses and velocities along the rows of `reduced`
+};
+
+/// Whether the linearised gap closes within h at the velocity without reactions.
+bool closes(const ContactInstant& c, const Vector& nu_free, double h) {
+  return c.psi_n + h * c.velocity(nu_free).x() <= 0;
+}
+
+}  // namespace
+
+struct LcpStepper::Workspace {
+  std::vector<Vector2> polygon;
+  StartInstant start;
+  Instant end;
+  Vector nu_free;                  // nu + h M^-1 k
+  Vector gap_term, joint_bias;     // beside W_n^T nu+ + dpsi_n/dt; psi_b/h + dpsi_b/dt
+  std::vector<int> active, added;  // contacts that take part, ascending; scratch
+  Islands islands;
+  std::vector<IslandProblem> problems;  // one an island, in their order
+  Answer answer, rebound;               // without and with restitution
+  State moved;
+
+  void assemble(const Model& model, const Instant& s, std::size_t i, double h, bool scaled);
+};
+
+LcpStepper::LcpStepper(LcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
+  work_->polygon = friction_polygon(options.edges);
+  if (!(options.tolerance > 0)) refuse("LcpStepper", "tolerance", options.tolerance, "needs to be positive");
+}
+LcpStepper::~LcpStepper() = default;
+LcpStepper::LcpStepper(LcpStepper&&) noexcept = default;
+LcpStepper& LcpStepper::operator=(LcpStepper&&) noexcept = default;
+
+void LcpStepper::Workspace::assemble(const Model& model, const Instant& s, std::size_t i, double h,
+                                     bool scaled) {
+  IslandProblem& problem = problems[i];
+  const Island& island = islands.get()[i];
+  problem.reduced.assemble(model, s, island, nu_free, joint_bias);
+  problem.polygonal.assemble(problem.reduced, s, island, {.polygon = polygon, .gap_term = gap_term, .h = h},
+                             scaled);
+}
+
+/// nu_free, the seed's psi/h terms, and the contacts that these let close within the step.
+void LcpStepper::begin(const Model& model, const State& x, const StepRequest& request, const Instant& s) {
+  Workspace& w = *work_;
+  solve_mass(model, s.k, w.nu_free);
+  w.nu_free = x.nu + request.h * w.nu_free;
+
+  w.joint_bias.resize(static_cast<Eigen::Index>(s.joint_rows.size()));
+  for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
+    w.joint_bias[static_cast<int>(i)] = s.joint_rows[i].psi_b / request.h + s.joint_rows[i].psi_b_t;
+
+  w.active.clear();
+  w.gap_term.resize(static_cast<Eigen::Index>(s.contacts.size()));
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    if (closes(s.contacts[i], w.nu_free, request.h)) w.active.push_back(static_cast<int>(i));
+    const double rate = std::max(s.contacts[i].psi_n / request.h, -request.max_correction_speed);
+    w.gap_term[static_cast<int>(i)] = options_.anitescu_potra ? 0 : rate;
+  }
+}
+
+/// Solves the islands' problems for the gap terms in force; false, with report.message, if one has no answer.
+bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& request, Answer& answer,
+                       StepReport& report) {
+  Workspace& w = *work_;
+  w.islands.find(model, s, w.active);
+  const auto islands = w.islands.get();
+  if (w.problems.size() < islands.size()) w.problems.resize(islands.size());
+  answer.clear(s, w.nu_free);
+  if (options_.form == LcpForm::Mixed)
+    return solve_mixed(model, s, w.polygon, w.active, w.nu_free, w.gap_term, w.joint_bias, request.h, answer,
+                       report.message);
+
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    IslandProblem& problem = w.problems[i];
+    w.assemble(model, s, i, request.h, true);
+    const Lcp& lcp = problem.polygonal.lcp();
+    LcpSolution& solution = problem.solution;
+    problem.lemke.solve(lcp.A, lcp.b, solution);
+    const int pivots = solution.pivots;
+    if (!solution.solved()) solution = solve_lcp(lcp);
+    answer.solver = solution.stage;
+    answer.iterations += solution.pivots + (solution.stage == "lemke" ? 0 : pivots);
+    if (!solution.solved()) {
+      report.message = "the LCP of an island of " + std::to_string(islands[i].contacts.size()) +
+                       " contacts was not solved: " + std::string(name_of(solution.status));
+      return false;
+    }
+    problem.r.resize(problem.reduced.size());
+    problem.polygonal.read_impulses(solution.z, problem.r);
+    problem.reduced.add_impulses(s, islands[i], problem.r, answer.impulse, answer.reactions);
+  }
+
+  // nu+ from the Newton-Euler equation (25)
+  solve_mass(model, answer.impulse, answer.nu);
+  answer.nu += w.nu_free;
+  for (std::size_t i = 0; i < islands.size(); ++i) certify(s, islands[i], i, answer);
+  return true;
+}
+
+/// Residuals of the complementarity conditions at nu+, and the impulses of an island into `answer`.
+void LcpStepper::certify(const Instant& s, const Island& island, std::size_t number, Answer& answer) {
+  Workspace& w = *work_;
+  IslandProblem& problem = w.problems[number];
+  const Vector& z = problem.solution.z;
+  problem.u.resize(problem.reduced.size());
+  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
+    const int index = island.contacts[i], row = problem.reduced.rows_of(static_cast<int>(i));
+    const ContactInstant& c = s.contacts[at(index)];
+    const int rows = 1 + c.tangents;
+    const Vector3 u = c.velocity(answer.nu);
+    problem.u.segment(row, rows) = u.head(rows);
+    answer.p.col(index).head(rows) = problem.r.segment(row, rows);
+    const double gap = w.gap_term[index], p_n = problem.r[row];
+    answer.normal_residual = std::max(answer.normal_residual,
+                                      std::abs(std::min(gap + u.x(), problem.reduced.diagonal[row] * p_n)));
+    answer.speed_scale =
+        std::max({answer.speed_scale, std::abs(gap), c.velocity(w.nu_free).cwiseAbs().maxCoeff()});
+  }
+  for (std::size_t i = 0; i < island.joint_frictions.size(); ++i) {
+    const int index = island.joint_frictions[i], row = problem.reduced.friction_row(static_cast<int>(i));
+    problem.u[row] = s.joint_frictions[at(index)].velocity(answer.nu);
+    answer.joint_friction[index] = problem.r[row];
+    answer.speed_scale =
+        std::max(answer.speed_scale, std::abs(s.joint_frictions[at(index)].velocity(w.nu_free)));
+  }
+  answer.friction_residual =
+      std::max(answer.friction_residual, problem.polygonal.friction_residual(z, problem.u));
+  for (std::size_t i = 0; i < island.contacts.size(); ++i)
+    answer.slips[at(island.contacts[i])] =
+        static_cast<char>(problem.polygonal.slips(static_cast<int>(i), z, answer.speed_scale));
+}
+
+/// Adds the contacts that the answer would let overlap; true if there were any.
+bool LcpStepper::add_overlapping(const Instant& s, double h, const Answer& answer) {
+  Workspace& w = *work_;
+  const std::size_t before = w.active.size();
+  auto next = w.active.begin();
+  w.added.clear();
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const bool taken = next != w.active.end() && *next == static_cast<int>(i);
+    if (taken) ++next;
+    if (taken || s.contacts[i].psi_n / h + s.contacts[i].velocity(answer.nu).x() < 0)
+      w.added.push_back(static_cast<int>(i));
+  }
+  std::swap(w.active, w.added);
+  return w.active.size() > before;
+}
+
+/// Newton's restitution: replaces the gap terms of closed contacts; false if none of them bounces.
+bool LcpStepper::set_rebound(const State& x, const Instant& s) {
+  Workspace& w = *work_;
+  bool bounces = false;
+  for (const int i : w.active) {
+    if (!(w.answer.p(0, i) > 0)) continue;
+    const ContactInstant& c = s.contacts[at(i)];
+    const double approach = std::min(c.velocity(x.nu).x(), 0.0);
+    w.gap_term[i] = c.e * approach;
+    bounces = bounces || w.gap_term[i] < 0;
+  }
+  return bounces;
+}
+
+void LcpStepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
+  Workspace& w = *work_;
+  const Instant& s = w.start.at(model, x);
+  const auto fail = [&](StepStatus status, const std::string& why) {
+    report.status = status;
+    report.message = why;
+  };
+  if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
+
+  begin(model, x, request, s);
+  do {
+    if (!solve(model, s, request, w.answer, report)) return fail(StepStatus::NotSolved, report.message);
+  } while (add_overlapping(s, request.h, w.answer));
+
+  Answer* final = &w.answer;
+  if (set_rebound(x, s)) {
+    final = &w.rebound;
+    if (!solve(model, s, request, w.rebound, report)) return fail(StepStatus::NotSolved, report.message);
+    w.rebound.iterations += w.answer.iterations;
+    w.rebound.normal_residual = std::max(w.rebound.normal_residual, w.answer.normal_residual);
+    w.rebound.friction_residual = std::max(w.rebound.friction_residual, w.answer.friction_residual);
+  }
+
+  w.moved.t = request.t_end;
+  w.moved.q = x.q;
+  move(model, w.answer.nu, request.h, w.moved.q);
+  w.moved.nu = final->nu;
+  if (!w.moved.q.allFinite() || !w.moved.nu.allFinite())
+    return fail(StepStatus::NotFinite, "the step's velocities are not finite");
+  evaluate(model, w.moved, w.end);
+  if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
+
+  record(model, s, x, *final, w.answer.nu, w.joint_bias, w.active, w.end, w.moved, report);
+  if (std::max(report.residuals.normal, report.residuals.friction) > options_.tolerance * final->speed_scale)
+    return fail(StepStatus::Inexact, "residuals above tolerance " + shortest(options_.tolerance) +
+                                         " of the speed " + shortest(final->speed_scale) + " m/s");
+  report.status = StepStatus::Solved;
+  x = w.moved;
+  w.start.go_on_from(model, x, w.end);
+}
+
+std::vector<Lcp> LcpStepper::problems(const Model& model, const State& x, double h) {
+  model.check("LcpStepper::problems", x);
+  Workspace& w = *work_;
+  const Instant& s = w.start.at(model, x);
+  begin(model, x, {.h = h}, s);
+  w.islands.find(model, s, w.active);
+  const std::size_t islands = w.islands.get().size();
+  if (w.problems.size() < islands) w.problems.resize(islands);
+  std::vector<Lcp> problems;
+  for (std::size_t i = 0; i < islands; ++i) {
+    w.assemble(model, s, i, h, false);
+    problems.push_back(w.problems[i].polygonal.lcp());
+  }
+  return problems;
+}
+
+}  // namespace perp

@@ -1,0 +1,124 @@
+#include "perp/step/polygonal_lcp.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void PolygonalLcp::assemble(const ReducedSystem& reduced, const Instant& instant, const Island& island,
+                            const PolygonalTerms& terms, bool scaled) {
+  const int contacts = static_cast<int>(island.contacts.size());
+  const int frictions = static_cast<int>(island.joint_frictions.size());
+  const auto contact = [&](int i) -> const ContactInstant& {
+    return instant.contacts[at(island.contacts[at(i)])];
+  };
+  const auto unit = [&](int row) { return scaled ? 1 / std::sqrt(reduced.diagonal[row]) : 1.0; };
+  columns_.clear();
+  groups_.clear();
+
+  // the unknowns, in the seed's order: p_n, beta_u, beta_b, sigma_u, sigma_b
+  for (int i = 0; i < contacts; ++i) {
+    const int row = reduced.rows_of(i);
+    columns_.push_back({.row = row, .scale = unit(row)});
+  }
+  group_of_contact_.assign(at(contacts), -1);
+  for (int i = 0; i < contacts; ++i) {
+    if (contact(i).tangents == 0) continue;
+    const int row = reduced.rows_of(i), group = static_cast<int>(groups_.size());
+    const double s = unit(row);
+    group_of_contact_[at(i)] = group;
+    groups_.push_back({.normal = i, .mu = contact(i).mu, .diagonal = reduced.diagonal[row], .scale = 1 / s});
+    if (contact(i).tangents == 1) {
+      for (const double d : {1.0, -1.0})
+        columns_.push_back({.row = row + 1, .c0 = d, .group = group, .scale = s});
+    } else {
+      for (const Vector2& d : terms.polygon)
+        columns_.push_back({.row = row + 1, .rows = 2, .c0 = d.x(), .c1 = d.y(), .group = group, .scale = s});
+    }
+  }
+  for (int i = 0; i < frictions; ++i) {
+    const JointRowInstant& joint = instant.joint_frictions[at(island.joint_frictions[at(i)])];
+    const int row = reduced.friction_row(i), group = static_cast<int>(groups_.size());
+    const double s = unit(row);
+    groups_.push_back({.bound = terms.h * joint.friction, .diagonal = reduced.diagonal[row], .scale = 1 / s});
+    for (const double d : {1.0, -1.0}) columns_.push_back({.row = row, .c0 = d, .group = group, .scale = s});
+  }
+
+  const int n = static_cast<int>(columns_.size()), m = static_cast<int>(groups_.size());
+  Matrix& F = lcp_.A;
+  Vector& f = lcp_.b;
+  F.setZero(n + m, n + m);
+  f.setZero(n + m);
+  const Matrix& W = reduced.W;
+  for (int j = 0; j < n; ++j) {
+    const Column& b = columns_[at(j)];
+    for (int i = 0; i <= j; ++i) {
+      const Column& a = columns_[at(i)];
+      double sum = a.c0 * b.c0 * W(a.row, b.row);
+      if (b.rows == 2) sum += a.c0 * b.c1 * W(a.row, b.row + 1);
+      if (a.rows == 2) sum += a.c1 * b.c0 * W(a.row + 1, b.row);
+      if (a.rows == 2 && b.rows == 2) sum += a.c1 * b.c1 * W(a.row + 1, b.row + 1);
+      F(i, j) = F(j, i) = a.scale * b.scale * sum;
+    }
+    double q = b.c0 * reduced.q[b.row];
+    if (b.rows == 2) q += b.c1 * reduced.q[b.row + 1];
+    if (b.group < 0) q += terms.gap_term[island.contacts[at(j)]];
+    f[j] = b.scale * q;
+    if (b.group >= 0) {
+      F(j, n + b.group) = b.scale * groups_[at(b.group)].scale;  // E
+      F(n + b.group, j) = -F(j, n + b.group);                    // -E^T
+    }
+  }
+  for (int g = 0; g < m; ++g) {
+    const Group& group = groups_[at(g)];
+    if (group.normal >= 0)
+      F(n + g, group.normal) = group.mu * group.scale * columns_[at(group.normal)].scale;  // U
+    f[n + g] = group.scale * group.bound;
+  }
+}
+
+void PolygonalLcp::read_impulses(const Vector& z, Vector& r) const {
+  r.setZero();
+  for (std::size_t j = 0; j < columns_.size(); ++j) {
+    const Column& c = columns_[j];
+    const double p = c.scale * z[static_cast<int>(j)];
+    r[c.row] += c.c0 * p;
+    if (c.rows == 2) r[c.row + 1] += c.c1 * p;
+  }
+}
+
+double PolygonalLcp::friction_residual(const Vector& z, const Vector& u) const {
+  const int n = static_cast<int>(columns_.size());
+  double worst = 0;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    const Group& group = groups_[g];
+    const double sigma = group.scale * z[n + static_cast<int>(g)];
+    double room = group.bound;
+    if (group.normal >= 0) room = group.mu * columns_[at(group.normal)].scale * z[group.normal];
+    for (std::size_t j = 0; j < columns_.size(); ++j) {
+      const Column& c = columns_[j];
+      if (c.group != static_cast<int>(g)) continue;
+      const double beta = c.scale * z[static_cast<int>(j)];
+      double speed = sigma + c.c0 * u[c.row];
+      if (c.rows == 2) speed += c.c1 * u[c.row + 1];
+      worst = std::max(worst, std::abs(std::min(speed, group.diagonal * beta)));
+      room -= beta;
+    }
+    worst = std::max(worst, std::abs(std::min(sigma, group.diagonal * room)));
+  }
+  return worst;
+}
+
+bool PolygonalLcp::slips(int i, const Vector& z, double speed_scale) const {
+  const int group = group_of_contact_[at(i)];
+  if (group < 0) return true;
+  const double sigma = groups_[at(group)].scale * z[static_cast<int>(columns_.size()) + group];
+  return sigma > 1e-10 * speed_scale;
+}
+
+}  // namespace perp

@@ -1,0 +1,121 @@
+#include "step/step_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// max |M (nu+ - nu) - h k - impulse|.
+double newton_euler_residual(const Model& model, const Instant& start, const Vector& nu, const Answer& answer,
+                             double h) {
+  double worst = 0;
+  for (const Body& b : model.bodies()) {
+    if (b.nv == 0) continue;
+    Eigen::Matrix<double, 6, 1> f = Eigen::Matrix<double, 6, 1>::Zero();
+    const auto change = [&](int i) { return answer.nu[b.v0 + i] - nu[b.v0 + i]; };
+    const int linear = b.kind == BodyKind::Planar ? 2 : 3;
+    for (int i = 0; i < linear; ++i) f[i] = b.mass * change(i);
+    if (b.kind == BodyKind::Planar) f[2] = b.J(2, 2) * change(2);
+    if (b.kind == BodyKind::Spatial) f.tail<3>() = b.J * Vector3(change(3), change(4), change(5));
+    for (int i = 0; i < b.nv; ++i)
+      worst = std::max(worst, std::abs(f[i] - h * start.k[b.v0 + i] - answer.impulse[b.v0 + i]));
+  }
+  return worst;
+}
+
+/// How far q+ is from q ⊕ h nu.
+double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,
+                          const Vector& q_end) {
+  double worst = 0;
+  for (const Body& b : model.bodies()) {
+    if (b.nv == 0) continue;
+    const Vector3 d = q_end.segment<3>(b.q0) - q.segment<3>(b.q0) - h * nu.segment<3>(b.v0);
+    worst = std::max(worst, d.cwiseAbs().maxCoeff());
+    if (b.kind != BodyKind::Spatial) continue;
+    const auto orientation = [&](const Vector& x) {
+      return Quaternion(x[b.q0 + 3], x[b.q0 + 4], x[b.q0 + 5], x[b.q0 + 6]);
+    };
+    const Quaternion turned = orientation(q).conjugate() * orientation(q_end);
+    const Vector3 error = rotation_vector(rotation(-h * nu.segment<3>(b.v0 + 3)) * turned);
+    worst = std::max(worst, error.cwiseAbs().maxCoeff());
+  }
+  return worst;
+}
+
+}  // namespace
+
+const Instant& StartInstant::at(const Model& model, const State& x) {
+  if (revision_ != model.revision() || x.t != x_.t || x.q != x_.q || x.nu != x_.nu) {
+    evaluate(model, x, instant_);
+    revision_ = model.revision();
+    x_ = x;
+  }
+  return instant_;
+}
+
+void StartInstant::go_on_from(const Model& model, const State& x, Instant& instant) {
+  std::swap(instant_, instant);
+  revision_ = model.revision();
+  x_ = x;
+}
+
+void Answer::clear(const Instant& instant, const Vector& nu_free) {
+  const auto contacts = static_cast<Eigen::Index>(instant.contacts.size());
+  nu = nu_free;
+  impulse.setZero(nu_free.size());
+  p.setZero(3, contacts);
+  reactions.setZero(static_cast<Eigen::Index>(instant.joint_rows.size()));
+  joint_friction.setZero(static_cast<Eigen::Index>(instant.joint_frictions.size()));
+  slips.assign(instant.contacts.size(), 0);
+  normal_residual = friction_residual = speed_scale = 0;
+  iterations = 0;
+  solver = "none";
+}
+
+void record(const Model& model, const Instant& start, const State& x, const Answer& answer,
+            const Vector& nu_position, const Vector& joint_bias, std::span<const int> active,
+            const Instant& end, const State& moved, StepReport& report) {
+  report.solver = answer.solver;
+  report.iterations = answer.iterations;
+  report.residuals.newton_euler = newton_euler_residual(model, start, x.nu, answer, report.h);
+  report.residuals.kinematic = kinematic_residual(model, x.q, nu_position, report.h, moved.q);
+  for (std::size_t i = 0; i < start.joint_rows.size(); ++i) {
+    const double rate = start.joint_rows[i].W.velocity(answer.nu)[0] + joint_bias[static_cast<int>(i)];
+    report.residuals.joints = std::max(report.residuals.joints, report.h * std::abs(rate));
+  }
+  report.residuals.normal = answer.normal_residual;
+  report.residuals.friction = answer.friction_residual;
+  report.gap_min = end.gap_min();
+  report.joint_error = end.joint_error();
+  report.energy = model.energy(moved);
+
+  for (const int i : active) {
+    const ContactInstant& c = start.contacts[at(i)];
+    const Vector3 p = answer.p.col(i);
+    const Vector3 mean = 0.5 * (c.velocity(x.nu) + c.velocity(answer.nu));
+    report.energy_impact += p.x() * mean.x();
+    report.energy_friction += p.tail<2>().dot(mean.tail<2>());
+    const int now = end.contact_of_point[at(c.point)];
+    report.contacts.push_back(
+        {.contact = c.contact,
+         .point = c.point,
+         .gap = now < 0 ? infinity : end.contacts[at(now)].psi_n,
+         .p_n = p.x(),
+         .normal = c.frame.col(0),
+         .position = c.position,
+         .impulse = c.frame * p,
+         .mode = p.x() > 0 ? (answer.slips[at(i)] != 0 ? ContactMode::Slip : ContactMode::Stick)
+                           : ContactMode::Open});
+  }
+  for (std::size_t i = 0; i < start.joint_frictions.size(); ++i) {
+    const JointRowInstant& joint = start.joint_frictions[i];
+    const double p = answer.joint_friction[static_cast<int>(i)];
+    report.energy_friction += p * 0.5 * (joint.velocity(x.nu) + joint.velocity(answer.nu));
+    report.joints.push_back({.joint = joint.joint, .friction = p});
+  }
+}
+
+}  // namespace perp

@@ -1,0 +1,45 @@
+// What steppers share: the system at the start of a step, an answer, and the report that certifies it.
+#pragma once
+
+#include "perp/instant/instant.hpp"
+#include "perp/step/stepper.hpp"
+
+namespace perp {
+
+/// `evaluate` at the start of a step; the end of the last one is used again when the run goes on from there.
+class StartInstant {
+ public:
+  const Instant& at(const Model& model, const State& x);
+  /// The next step starts from x, where `instant` has just been filled: takes it, giving the old one back.
+  void go_on_from(const Model& model, const State& x, Instant& instant);
+
+ private:
+  std::uint64_t revision_ = 0;
+  State x_;
+  Instant instant_;
+};
+
+/// Impulses and velocities that a method found for a step, over all contacts and joints of an Instant.
+struct Answer {
+  Vector nu;                     ///< nu+ (nv)
+  Vector impulse;                ///< W_n p_n + W_f p_f + W_b p_b + W_bf p_bf (nv)
+  Eigen::Matrix3Xd p;            ///< (3, contacts): along n, t, o of each
+  Vector reactions;              ///< p_b of each joint row
+  Vector joint_friction;         ///< p_bf of each joint friction
+  std::vector<char> slips;       ///< of each contact
+  double normal_residual = 0;    ///< [m/s]
+  double friction_residual = 0;  ///< [m/s]
+  double speed_scale = 0;        ///< largest speed that entered the problem [m/s]
+  int iterations = 0;
+  std::string_view solver = "none";
+
+  void clear(const Instant& instant, const Vector& nu_free);
+};
+
+/// Fills the parts of `report` that do not depend on the method, from the step's own data: the residuals of (25), (26) with
+/// velocities `nu_position` that moved q, and of (28) with joint_bias = psi_b/h + dpsi_b/dt; energies; contact rows for `active`.
+void record(const Model& model, const Instant& start, const State& x, const Answer& answer,
+            const Vector& nu_position, const Vector& joint_bias, std::span<const int> active,
+            const Instant& end, const State& moved, StepReport& report);
+
+}  // namespace perp

@@ -1,0 +1,68 @@
+#include "perp/step/stepper.hpp"
+
+#include <cmath>
+
+#include "perp/core/errors.hpp"
+
+namespace perp {
+
+std::string_view name_of(StepStatus status) {
+  switch (status) {
+    case StepStatus::Solved:
+      return "solved";
+    case StepStatus::Inexact:
+      return "inexact";
+    case StepStatus::NotSolved:
+      return "not-solved";
+    case StepStatus::NotFinite:
+      return "not-finite";
+  }
+  return "";
+}
+
+std::string_view name_of(ContactMode mode) {
+  switch (mode) {
+    case ContactMode::Open:
+      return "open";
+    case ContactMode::Stick:
+      return "stick";
+    case ContactMode::Slip:
+      return "slip";
+  }
+  return "";
+}
+
+ContactRow StepReport::contact(std::string_view name) const {
+  for (const ContactRow& row : contacts)
+    if ((*point_names)[static_cast<std::size_t>(row.point)] == name) return row;
+  std::string known;
+  for (std::size_t i = 0; i < point_names->size(); ++i) {
+    if ((*point_names)[i] == name) return {.point = static_cast<int>(i)};
+    known += (known.empty() ? "" : ", ") + (*point_names)[i];
+  }
+  refuse("StepReport::contact", "name", name, "needs to be one of: " + known);
+}
+
+StepReport Stepper::step(const Model& model, State& x, double h) {
+  StepReport report;
+  step(model, x, {.h = h}, report);
+  return report;
+}
+
+void Stepper::step(const Model& model, State& x, const StepRequest& request, StepReport& report) {
+  if (!(request.h > 0) || !std::isfinite(request.h))
+    refuse("step", "h", request.h, "needs to be positive [s]");
+  if (!(request.max_correction_speed >= 0))
+    refuse("step", "max_correction_speed", request.max_correction_speed, "needs to be >= 0 [m/s]");
+  model.check("step", x);
+  StepRequest complete = request;
+  if (std::isnan(request.t_end)) complete.t_end = x.t + request.h;
+  static_cast<StepFigures&>(report) = {.t = complete.t_end, .h = request.h};
+  report.message.clear();
+  report.contacts.clear();
+  report.joints.clear();
+  report.point_names = model.point_names();
+  advance(model, x, complete, report);
+}
+
+}  // namespace perp

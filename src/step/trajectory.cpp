@@ -1,0 +1,63 @@
+#include "perp/step/trajectory.hpp"
+
+#include <stdexcept>
+
+namespace perp {
+
+Trajectory::Trajectory(const State& x, std::size_t steps)
+    : nq_(static_cast<std::size_t>(x.q.size())), nv_(static_cast<std::size_t>(x.nu.size())) {
+  t_.reserve(steps + 1);
+  q_.reserve((steps + 1) * nq_);
+  nu_.reserve((steps + 1) * nv_);
+  figures_.reserve(steps);
+  contacts_end_.reserve(steps);
+  joints_end_.reserve(steps);
+  t_.push_back(x.t);
+  q_.insert(q_.end(), x.q.begin(), x.q.end());
+  nu_.insert(nu_.end(), x.nu.begin(), x.nu.end());
+}
+
+void Trajectory::reserve_rows(std::size_t contacts, std::size_t joints) {
+  contacts_.reserve(contacts);
+  joints_.reserve(joints);
+}
+
+void Trajectory::add(const State& x, const StepReport& report) {
+  t_.push_back(x.t);
+  q_.insert(q_.end(), x.q.begin(), x.q.end());
+  nu_.insert(nu_.end(), x.nu.begin(), x.nu.end());
+  figures_.push_back(report);
+  contacts_.insert(contacts_.end(), report.contacts.begin(), report.contacts.end());
+  joints_.insert(joints_.end(), report.joints.begin(), report.joints.end());
+  contacts_end_.push_back(contacts_.size());
+  joints_end_.push_back(joints_.size());
+  if (!point_names_) point_names_ = report.point_names;
+}
+
+State Trajectory::state(std::size_t i) const {
+  if (i >= size())
+    throw std::out_of_range("Trajectory::state: " + std::to_string(i) + " of " + std::to_string(size()));
+  using Map = Eigen::Map<const Vector>;
+  return {.t = t_[i],
+          .q = Map(q_.data() + i * nq_, static_cast<Eigen::Index>(nq_)),
+          .nu = Map(nu_.data() + i * nv_, static_cast<Eigen::Index>(nv_))};
+}
+
+StepReport Trajectory::report(std::size_t step) const {
+  if (step >= steps())
+    throw std::out_of_range("Trajectory::report: " + std::to_string(step) + " of " + std::to_string(steps()));
+  const auto range = [step](const auto& all, const std::vector<std::size_t>& end) {
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(step == 0 ? 0 : end[step - 1]);
+    return std::pair(first, all.begin() + static_cast<std::ptrdiff_t>(end[step]));
+  };
+  StepReport report;
+  static_cast<StepFigures&>(report) = figures_[step];
+  const auto [c0, c1] = range(contacts_, contacts_end_);
+  report.contacts.assign(c0, c1);
+  const auto [j0, j1] = range(joints_, joints_end_);
+  report.joints.assign(j0, j1);
+  report.point_names = point_names_;
+  return report;
+}
+
+}  // namespace perp
