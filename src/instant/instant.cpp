@@ -98,6 +98,7 @@ bool finite(const ContactPoint& p) {
 
 void evaluate_contacts(const Model& model, const State& x, Instant& s) {
   s.contacts.clear();
+  s.contact_of_point.assign(static_cast<std::size_t>(model.contact_points()), -1);
   for (std::size_t i = 0; i < model.contacts().size(); ++i) {
     const Contact& contact = model.contacts()[i];
     const auto a = static_cast<std::size_t>(contact.a.index), b = static_cast<std::size_t>(contact.b.index);
@@ -118,6 +119,7 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s) {
       ContactInstant& c = s.contacts.emplace_back();
       c.contact = static_cast<int>(i);
       c.point = contact.first_point + static_cast<int>(j);
+      s.contact_of_point[static_cast<std::size_t>(c.point)] = static_cast<int>(s.contacts.size()) - 1;
       c.psi_n = p.gap;
       c.position = p.point;
       c.tangents = contact.tangents;

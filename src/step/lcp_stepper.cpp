@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
-#include "perp/instant/cone.hpp"
+#include "perp/instant/friction_polygon.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/step/polygonal_lcp.hpp"
 #include "step/mixed_form.hpp"

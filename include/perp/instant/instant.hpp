@@ -89,6 +89,7 @@ struct Instant {
   double gap_min() const;      ///< min psi_n [m]; infinity without contacts
   double joint_error() const;  ///< max |psi_b| [m, rad]; 0 without joints
 
+  std::vector<int> contact_of_point;  ///< of each point of the model, its entry in `contacts`, or -1
   std::vector<Matrix3> R;            ///< X's rotations, as matrices
   std::vector<ContactPoint> points;  ///< scratch
 };

@@ -1,4 +1,4 @@
-#include "perp/instant/cone.hpp"
+#include "perp/instant/friction_polygon.hpp"
 
 #include <cmath>
 #include <numbers>
