@@ -15,8 +15,10 @@ using ConstVector = Eigen::Ref<const Vector>;
 
 constexpr int check_every = 20;        // pivots between two looks at the rounding that has grown
 constexpr double drift_limit = 1e-11;  // of w - A z - d z0 - b relative to its terms, before setting up again
-constexpr double round_off = 4e-16;    // lcp_relative_residual not worth a refinement
+constexpr double round_off = 4e-16;    // relative residual not worth a refinement
 constexpr int max_repairs = 6;         // set-ups from the data at the path's end
+constexpr double good_enough = 0.01;   // of the tolerance: no repair
+constexpr double z0_is_zero = 1e-7;  // of max|b|: z0 leaves rather than another; what this costs is repaired
 
 size_t at(int i) { return static_cast<size_t>(i); }
 
@@ -110,7 +112,7 @@ int LemkeSolver::blocking_row(int slot) {
   }
   if (tied_.empty()) return -1;
   const int z0_row = row_of(2 * n_);  // z0 leaves where it can: the end of the path
-  if (row(z0_row)[s] < -zero && remainder(row(z0_row)) <= 1e-7 * b_scale_) return z0_row;
+  if (row(z0_row)[s] < -zero && remainder(row(z0_row)) <= z0_is_zero * b_scale_) return z0_row;
   for (const int i : tied_)
     if (std::abs(row(i)[0]) <= slack) step = 0;
   for (const int i : tied_) row(i)[0] = -step * row(i)[s];  // tied exactly
@@ -348,13 +350,6 @@ void LemkeSolver::solve(const ConstMatrix& A, const ConstVector& b, LcpSolution&
   }
   out.residual = 0;
   for (int i = 0; i < n_; ++i) out.residual = std::max(out.residual, std::abs(std::min(out.z[i], w_[at(i)])));
-}
-
-LcpSolution lemke(const Lcp& lcp, const LemkeOptions& options) {
-  check_sizes(lcp.A, lcp.b);
-  LcpSolution solution;
-  LemkeSolver(options).solve(lcp.A, lcp.b, solution);
-  return solution;
 }
 
 }  // namespace perp

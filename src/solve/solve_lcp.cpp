@@ -1,9 +1,110 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "lcp_ways.hpp"
+#include "perp/core/errors.hpp"
 #include "perp/solve/lemke.hpp"
+#include "perp/solve/linear_feasibility.hpp"
 
 namespace perp {
+namespace {
+
+void check(const Lcp& lcp) {
+  const std::string n = std::to_string(lcp.b.size());
+  if (lcp.A.rows() != lcp.b.size() || lcp.A.cols() != lcp.b.size())
+    refuse("lcp", "A", "(" + std::to_string(lcp.A.rows()) + ", " + std::to_string(lcp.A.cols()) + ")",
+           "(" + n + ", " + n + ") is needed for b of size " + n);
+  if (!lcp.A.allFinite()) refuse("lcp", "A", "not finite", "finite entries are needed");
+  if (!lcp.b.allFinite()) refuse("lcp", "b", "not finite", "finite entries are needed");
+}
+
+// R A C z' + R b with R and C diagonal powers of two, so that scaling rounds nothing: z = C z'.
+struct Scaling {
+  Vector r, c;
+  Lcp apply(const Lcp& lcp) const { return {r.asDiagonal() * lcp.A * c.asDiagonal(), r.cwiseProduct(lcp.b)}; }
+};
+
+double power_of_two_near(double x) { return std::exp2(std::round(std::log2(x))); }
+
+// Brings the largest entry of each row and column near 1, each time by half of what it lacks [Ruiz01]. Symmetric
+// means R = C, which keeps definiteness and copositivity; otherwise rows and columns each by their own.
+Scaling equilibrate(const Matrix& A, bool symmetric) {
+  constexpr int rounds = 6;
+  const auto n = A.rows();
+  Scaling scaling{Vector::Ones(n), Vector::Ones(n)};
+  const auto inverse_root = [](double x) { return x > 0 ? 1 / std::sqrt(x) : 1.0; };
+  for (int k = 0; k < rounds; ++k) {
+    const Matrix size = (scaling.r.asDiagonal() * A * scaling.c.asDiagonal()).cwiseAbs();
+    Vector row = size.rowwise().maxCoeff(), col = size.colwise().maxCoeff();
+    if (symmetric) row = row.cwiseMax(col), col = row;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      scaling.r[i] *= inverse_root(row[i]);
+      scaling.c[i] *= inverse_root(col[i]);
+    }
+  }
+  scaling.r = scaling.r.unaryExpr(&power_of_two_near);
+  scaling.c = scaling.c.unaryExpr(&power_of_two_near);
+  return scaling;
+}
+
+// Takes a scaled problem's answer back to the units of the data.
+void unscale(const Lcp& lcp, const Scaling& scaling, LcpSolution& solution) {
+  solution.z = scaling.c.cwiseProduct(solution.z);
+  if (solution.certificate.size() > 0) solution.certificate = scaling.r.cwiseProduct(solution.certificate);
+  solution.residual = lcp_residual(lcp.A, lcp.b, solution.z);
+}
+
+bool decided(const LcpSolution& solution) {
+  return solution.solved() || solution.status == LcpStatus::NoSolution;
+}
+
+// The linear part alone: where z >= 0, A z + b >= 0 cannot be met, (1) cannot.
+void try_certificate(const Lcp& lcp, LcpSolution& out) {
+  const FeasibilityAnswer answer = find_feasible(lcp.A, lcp.b, Vector::Ones(lcp.b.size()));
+  out.pivots += answer.pivots;
+  if (answer.status != Feasibility::Infeasible || !proves_no_solution(lcp.A, lcp.b, answer.y)) return;
+  out.status = LcpStatus::NoSolution;
+  out.certificate = answer.y;
+  out.stage = "certificate";
+}
+
+}  // namespace
+
+LcpSolution lemke(const Lcp& lcp, const LemkeOptions& options) {
+  check(lcp);
+  const Scaling scaling = equilibrate(lcp.A, true);
+  const Lcp scaled = scaling.apply(lcp);
+  LemkeOptions scaled_options = options;
+  if (options.covering.size() == lcp.b.size())
+    scaled_options.covering = scaling.r.cwiseProduct(options.covering);
+  LcpSolution solution;
+  LemkeSolver(scaled_options).solve(scaled.A, scaled.b, solution);
+  unscale(lcp, scaling, solution);
+  return solution;
+}
 
 LcpSolution solve_lcp(const Lcp& lcp, const LcpOptions& options) {
-  return lemke(lcp, {.max_pivots = options.max_pivots, .tolerance = options.tolerance, .covering = {}});
+  constexpr int restarts = 4, max_nodes = 3000;
+  LcpSolution solution = lemke(lcp, {.max_pivots = options.max_pivots, .tolerance = options.tolerance});
+  if (decided(solution)) return solution;
+
+  const Scaling scaling = equilibrate(lcp.A, false);
+  const Lcp scaled = scaling.apply(lcp);
+  const int pivots = solution.pivots;
+  LemkeSolver({.max_pivots = options.max_pivots,
+               .tolerance = options.tolerance,
+
+               .restarts = restarts})
+      .solve(scaled.A, scaled.b, solution);
+  solution.stage = "lemke, equilibrated";
+  solution.pivots += pivots;
+  if (!decided(solution)) try_certificate(scaled, solution);
+  if (!decided(solution)) try_bimatrix_game(scaled, options, solution);
+  if (!decided(solution)) try_covering_vectors(scaled, options, solution);
+  if (!decided(solution)) try_branches(scaled, options, max_nodes, solution);
+  unscale(lcp, scaling, solution);
+  return solution;
 }
 
 }  // namespace perp

@@ -14,7 +14,7 @@ struct LemkeOptions {
   double tie_tolerance =
       1e-10;  ///< basic variables within this * max|b| of zero are zero: they leave as a tie [-]
   double tolerance = 1e-11;  ///< Solved needs lcp_relative_residual <= this [-]
-  Vector covering;           ///< d > 0, (n); empty means d = (1, ..., 1)
+  Vector covering{};         ///< d > 0, (n); empty means d = (1, ..., 1)
   int restarts = 0;          ///< after a ray that proves nothing: new starts, each over the basis of the ray
 };
 
