@@ -1,0 +1,69 @@
+// One call that answers contact problems with exact cones: a chain of methods, each standing in for the one before.
+//
+//   newton          Alart-Curnier semismooth Newton from the given start (or zero), globalised
+//   interior-point  homotopy on the exact problem, polished by Newton; then from other starts
+//   gauss-seidel    sweeps over the contacts, polished
+//   ipopt           a mathematical program with relaxed complementarity, polished
+// The first that reaches the tolerance answers. doc/methods/friction.md has the mathematics.
+#pragma once
+
+#include <string_view>
+
+#include "perp/solve/friction_residual.hpp"
+
+namespace perp {
+
+/// How a solve ended.
+enum class FrictionStatus {
+  Solved,      ///< residual.relative <= tolerance
+  NoSolution,  ///< proved by FrictionSolution::certificate
+  BestFound,   ///< the best point met; the residual says how good; nothing is proved
+};
+
+/// The method that gave the answer.
+enum class FrictionStage { None, Newton, InteriorPoint, Restart, GaussSeidel, Ipopt };
+
+/// Which methods may be used.
+enum class FrictionMethod { Chain, Newton, InteriorPoint, GaussSeidel, Ipopt };
+
+enum class Reactions {
+  Any,          ///< those that the solver comes to; not unique if contacts are redundant
+  MinimumNorm,  ///< among the reactions with the same velocity and modes, those of least Euclidean norm
+};
+
+struct FrictionOptions {
+  double tolerance = 1e-10;  ///< pass mark of residual.relative; Newton goes on to round-off when it can [-]
+  FrictionMethod method = FrictionMethod::Chain;
+  Reactions reactions = Reactions::Any;
+  Vector start;                  ///< (m) reactions to start from, such as the last step's; empty: zero
+  int max_iterations = 0;        ///< over all stages; 0: each stage's own limit
+  double time_limit = infinity;  ///< [s]; what is found by then depends on the machine's speed
+  bool use_ipopt = true;         ///< in the chain, if the library has it
+};
+
+struct FrictionSolution {
+  FrictionStatus status = FrictionStatus::BestFound;
+  FrictionStage stage = FrictionStage::None;
+  Vector r;                    ///< (m)
+  Vector u;                    ///< (m)
+  Vector v;                    ///< (n) global form only
+  Vector lambda;               ///< (k) global form only
+  double residual = infinity;  ///< residuals.relative
+  FrictionResidual residuals;  ///< recomputed from the problem's own data
+  int iterations = 0;          ///< Newton and interior-point iterations, sweeps, Ipopt's iterations, in all
+  Vector certificate;  ///< (m) if NoSolution: y >= 0 on normal rows, 0 elsewhere, Wᵀ y = 0, qᵀ y < 0
+  bool solved() const { return status == FrictionStatus::Solved; }
+};
+
+/// Solves (1)-(3) of FrictionProblem. Deterministic unless time_limit is set. Never throws for a numerical outcome;
+/// throws std::invalid_argument for data that check() refuses or options out of range.
+[[nodiscard]] FrictionSolution solve_friction(const FrictionProblem& problem,
+                                              const FrictionOptions& options = {});
+
+/// Whether the library was built with Ipopt; without it the stage `ipopt` finds nothing and the others work.
+bool has_ipopt();
+
+std::string_view to_string(FrictionStatus status);  ///< solved, no-solution, best-found
+std::string_view to_string(FrictionStage stage);    ///< newton, interior-point, restart, ...
+
+}  // namespace perp

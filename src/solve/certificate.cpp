@@ -1,0 +1,88 @@
+#include "certificate.hpp"
+
+#include <algorithm>
+#include <Eigen/Cholesky>
+#include <vector>
+
+namespace perp {
+namespace {
+
+/// min over y >= 0 of yᵀ Q y - 2 cᵀ y by Lawson and Hanson's active set [LH74, ch. 23], Q = W_NN + q_N q_Nᵀ.
+Vector nonnegative_quadratic(const Matrix& Q, const Vector& c) {
+  const Eigen::Index n = c.size();
+  Vector y = Vector::Zero(n), gradient = c;
+  std::vector<int> passive;
+  std::vector<char> is_passive(n, false);
+  for (int outer = 0; outer < 3 * n + 10; ++outer) {
+    int enter = -1;
+    double steepest = 1e-12;
+    for (int i = 0; i < n; ++i)
+      if (!is_passive[i] && gradient(i) > steepest) steepest = gradient(i), enter = i;
+    if (enter < 0) break;
+    is_passive[enter] = true;
+    passive.push_back(enter);
+    for (;;) {
+      const auto size = static_cast<Eigen::Index>(passive.size());
+      Matrix part(size, size);
+      Vector rhs(size);
+      for (int i = 0; i < size; ++i) {
+        rhs(i) = c(passive[i]);
+        for (int j = 0; j < size; ++j) part(i, j) = Q(passive[i], passive[j]);
+      }
+      const Vector z = part.ldlt().solve(rhs);
+      double t = 1;
+      for (int i = 0; i < size; ++i)
+        if (z(i) <= 0) t = std::min(t, y(passive[i]) / (y(passive[i]) - z(i)));
+      if (!(t >= 0) || !z.allFinite()) return y;
+      for (int i = 0; i < size; ++i) y(passive[i]) += t * (z(i) - y(passive[i]));
+      if (t >= 1) break;
+      std::vector<int> kept;
+      for (const int i : passive) {
+        if (y(i) > 1e-14 * y.maxCoeff())
+          kept.push_back(i);
+        else
+          is_passive[i] = false, y(i) = 0;
+      }
+      if (kept.size() == passive.size() || kept.empty()) return y;
+      passive = std::move(kept);
+    }
+    gradient = c - Q * y;
+  }
+  return y;
+}
+
+}  // namespace
+
+Vector infeasibility_certificate(const FrictionProblem& local, const ContactSystem& system) {
+  constexpr double null_tolerance = 1e-10;  // |Wᵀ y|/|y| in the scaled problem
+  constexpr double negative = -1e-6;        // qᵀ y/|y|, with |q| = 1
+  constexpr int largest = 2000;             // contacts; the dense active set costs n³
+  std::vector<int> contacts;
+  for (int i = 0; i < system.n; ++i)
+    if (system.kind[i] != BlockKind::Interval) contacts.push_back(i);
+  const auto n = static_cast<Eigen::Index>(contacts.size());
+  if (n == 0 || n > largest) return {};
+  const Matrix W = system.W->dense();
+  Matrix Q(n, n);
+  Vector q(n);
+  for (int i = 0; i < n; ++i) {
+    q(i) = system.q(0, contacts[i]);
+    for (int j = 0; j < n; ++j)
+      Q(i, j) = (W(3 * contacts[i], 3 * contacts[j]) + W(3 * contacts[j], 3 * contacts[i])) / 2;
+  }
+  if (q.minCoeff() >= 0) return {};  // r = 0 solves
+  // yᵀ W y + (qᵀ y + 1)² = yᵀ (W + q qᵀ) y + 2 qᵀ y + 1
+  Vector y = nonnegative_quadratic(Q + q * q.transpose(), -q);
+  if (!(y.norm() > 0)) return {};
+  y /= y.norm();
+  Vector full = Vector::Zero(3 * system.n);
+  for (int i = 0; i < n; ++i) full(3 * contacts[i]) = y(i);
+  if (!((W.transpose() * full).norm() < null_tolerance) || !(q.dot(y) < negative)) return {};
+  // in the problem's own units the row scale goes over to y
+  const std::vector<Eigen::Index> offsets = local.offsets();
+  Vector certificate = Vector::Zero(offsets.back());
+  for (int i = 0; i < n; ++i) certificate(offsets[contacts[i]]) = y(i) * system.s[contacts[i]];
+  return certificate;
+}
+
+}  // namespace perp

@@ -1,0 +1,224 @@
+#include "perp/solve/friction_solver.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "certificate.hpp"
+#include "friction_stages.hpp"
+#include "global_form.hpp"
+#include "ipopt_stage.hpp"
+#include "perp/core/errors.hpp"
+
+namespace perp {
+namespace {
+
+/// The chain over one scaled problem. `best` only ever improves.
+class Chain {
+ public:
+  Chain(const ContactSystem& system, const FrictionOptions& options, Budget& budget)
+      : system_(system), options_(options), budget_(budget) {}
+
+  FrictionStage stage = FrictionStage::None;
+  Iterate best;
+
+  bool solved() const { return best.error <= options_.tolerance; }
+  bool done() const { return solved() || budget_.spent(); }
+
+  void start(Columns3 r) {
+    best.r = std::move(r);
+    evaluate(system_, best);
+  }
+
+  /// Newton from the start; few iterations, since a start that suits it needs no more.
+  void newton_stage(int most) {
+    attempt(
+        FrictionStage::Newton, [&](Iterate& point) { newton_from(point, {.most = most}); }, best);
+  }
+
+  /// One interior-point run, then the polish from its best point.
+  void interior_point_stage(FrictionStage name, const InteriorPointOptions& interior) {
+    Iterate point;
+    point.r = Columns3::Zero(3, system_.n);
+    evaluate(system_, point);
+    attempt(
+        name,
+        [&](Iterate& x) {
+          interior_point(system_, interior, options_.tolerance, budget_, x);
+          polish(x);
+        },
+        point);
+  }
+
+  void gauss_seidel_stage(int sweeps) {
+    attempt(
+        FrictionStage::GaussSeidel,
+        [&](Iterate& point) {
+          gauss_seidel(system_, sweeps, options_.tolerance, budget_, point);
+          polish(point);
+        },
+        best);
+  }
+
+  void ipopt_stage() {
+    Iterate point;
+    point.r = Columns3::Zero(3, system_.n);
+    evaluate(system_, point);
+    attempt(
+        FrictionStage::Ipopt,
+        [&](Iterate& x) {
+          solve_by_ipopt(system_, budget_, x);
+          polish(x);
+        },
+        point);
+  }
+
+ private:
+  template <class Method>
+  void attempt(FrictionStage name, Method&& method, Iterate point) {
+    const double before = best.error;
+    method(point);
+    if (!(point.error < before)) return;
+    best = std::move(point);
+    stage = name;
+  }
+
+  void newton_from(Iterate& point, const NewtonOptions& newton_options) {
+    newton(system_, newton_options, options_.tolerance, budget_, point);
+  }
+
+  /// Three Newton methods in turn, until one reaches the tolerance.
+  void polish(Iterate& point) {
+    const auto passed = [&] { return point.error <= options_.tolerance; };
+    newton_from(point, {.most = 30});
+    if (!passed()) newton_from(point, {.most = 30, .fischer_burmeister = true});
+    if (!passed()) newton_from(point, {.most = 30, .rho = 0.1});
+    if (!passed()) newton_from(point, {.most = 30, .rho = 10});
+  }
+
+  const ContactSystem& system_;
+  const FrictionOptions& options_;
+  Budget& budget_;
+};
+
+void run_chain(Chain& chain, const FrictionOptions& options) {
+  chain.newton_stage(options.start.size() > 0 ? 12 : 25);
+  if (chain.done()) return;
+  chain.interior_point_stage(FrictionStage::InteriorPoint, {});
+  for (const double size : {1.0, 1e2, 1e3, 1e5}) {
+    if (chain.done()) return;
+    chain.interior_point_stage(FrictionStage::Restart, {.start = size});
+  }
+  if (chain.done()) return;
+  chain.interior_point_stage(FrictionStage::Restart, {.damping = 0.9});
+}
+
+}  // namespace
+
+FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOptions& options) {
+  check(problem);
+  if (!(options.tolerance > 0))
+    refuse("solve_friction", "tolerance", options.tolerance, "a number > 0 is needed");
+  if (options.start.size() > 0 && (options.start.size() != problem.rows() || !options.start.allFinite()))
+    refuse("solve_friction", "start", "not finite or of another size", "one finite number a row is needed");
+
+  std::optional<MassResponse> response;
+  FrictionProblem reduced;
+  if (problem.is_global()) {
+    response.emplace(problem);
+    reduced = to_local(problem, *response);
+  }
+  const FrictionProblem& local = problem.is_global() ? reduced : problem;
+  const ContactSystem system = contact_system(local);
+  const std::vector<Eigen::Index> offsets = local.offsets();
+
+  Budget budget;
+  budget.most = options.max_iterations;
+  if (std::isfinite(options.time_limit)) {
+    const auto start = std::chrono::steady_clock::now();
+    budget.out_of_time = [start, limit = options.time_limit] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > limit;
+    };
+  }
+
+  Chain chain(system, options, budget);
+  chain.start(options.start.size() > 0 ? system.scaled_reaction(options.start, offsets)
+                                       : Columns3(Columns3::Zero(3, system.n)));
+  FrictionSolution solution;
+  switch (options.method) {
+    case FrictionMethod::Newton:
+      chain.newton_stage(200);
+      break;
+    case FrictionMethod::InteriorPoint:
+      chain.interior_point_stage(FrictionStage::InteriorPoint, {});
+      break;
+    case FrictionMethod::GaussSeidel:
+      chain.gauss_seidel_stage(2000);
+      break;
+    case FrictionMethod::Ipopt:
+      chain.ipopt_stage();
+      break;
+    case FrictionMethod::Chain:
+      run_chain(chain, options);
+      break;
+  }
+  if (!chain.solved()) solution.certificate = infeasibility_certificate(local, system);
+  if (options.method == FrictionMethod::Chain && solution.certificate.size() == 0) {
+    if (!chain.done()) chain.gauss_seidel_stage(2000);
+    if (!chain.done() && options.use_ipopt && has_ipopt()) chain.ipopt_stage();
+  }
+
+  solution.r = system.reaction(chain.best.r, offsets);
+  if (options.reactions == Reactions::MinimumNorm && chain.solved()) {
+    // tried in the solver's own numbers, kept only if it still passes
+  }
+  solution.stage = chain.stage;
+  solution.iterations = budget.iterations;
+  if (response) {
+    response->velocity(problem.H.times(solution.r) + problem.f, solution.v, solution.lambda);
+    solution.u = problem.H.to_sparse().transpose() * solution.v + problem.w;
+  } else {
+    solution.u = local.W.times(solution.r) + local.q;
+  }
+  solution.residuals = friction_residual(local, system, solution.r, solution.u);
+  solution.residual = solution.residuals.relative;
+  if (solution.residual <= options.tolerance) {
+    solution.status = FrictionStatus::Solved;
+    solution.certificate.resize(0);
+  } else if (solution.certificate.size() > 0) {
+    solution.status = FrictionStatus::NoSolution;
+  }
+  return solution;
+}
+
+std::string_view to_string(FrictionStatus status) {
+  switch (status) {
+    case FrictionStatus::Solved:
+      return "solved";
+    case FrictionStatus::NoSolution:
+      return "no-solution";
+    case FrictionStatus::BestFound:
+      return "best-found";
+  }
+  return "";
+}
+
+std::string_view to_string(FrictionStage stage) {
+  switch (stage) {
+    case FrictionStage::None:
+      return "none";
+    case FrictionStage::Newton:
+      return "newton";
+    case FrictionStage::InteriorPoint:
+      return "interior-point";
+    case FrictionStage::Restart:
+      return "restart";
+    case FrictionStage::GaussSeidel:
+      return "gauss-seidel";
+    case FrictionStage::Ipopt:
+      return "ipopt";
+  }
+  return "";
+}
+
+}  // namespace perp

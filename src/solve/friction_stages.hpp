@@ -1,0 +1,55 @@
+// The stages of the friction solver's chain, each a method of its own on the scaled problem.
+#pragma once
+
+#include <functional>
+
+#include "contact_system.hpp"
+
+namespace perp {
+
+/// A point with its residual; stages keep the best one they meet.
+struct Iterate {
+  Columns3 r, u;            ///< u = W r + q
+  double error = infinity;  ///< natural map / max(1, |r|) [-]
+};
+
+/// Recomputes u and the error of point.r.
+void evaluate(const ContactSystem& system, Iterate& point);
+
+/// When to give up; shared by all stages of one solve.
+struct Budget {
+  int iterations = 0;  ///< done so far, over all stages
+  int most = 0;        ///< 0: no limit
+  std::function<bool()> out_of_time;
+  bool spent() const { return (most > 0 && iterations >= most) || (out_of_time && out_of_time()); }
+};
+
+/// Semismooth Newton on r - p(r - rho u) = 0 with Alart and Curnier's p. W + eps I stands in the Jacobian only.
+struct NewtonOptions {
+  int most = 12;                 ///< iterations
+  double rho = 1;                ///< in the scaled problem [-]
+  double regularisation = 1e-3;  ///< eps = min(1e-2, regularisation * error) [-]
+  bool fischer_burmeister =
+      false;  ///< solve FB(r, û) = 0 on the second-order cone instead, eps ~ sqrt(error)
+};
+
+/// Improves `best` from its r; goes on below `tolerance` while the error still falls by half.
+void newton(const ContactSystem& system, const NewtonOptions& options, double tolerance, Budget& budget,
+            Iterate& best);
+
+/// Interior-point homotopy on the exact problem with Nesterov-Todd scaling, the De Saxcé term inside.
+struct InteriorPointOptions {
+  int most = 60;       ///< iterations
+  double start = 10;   ///< x = y = start * max(0.1, |b'|_inf) e0
+  double damping = 1;  ///< factor on the derivative of |y_T| [-]
+};
+void interior_point(const ContactSystem& system, const InteriorPointOptions& options, double tolerance,
+                    Budget& budget, Iterate& best);
+
+/// Sweeps with an exact solution of each contact alone.
+void gauss_seidel(const ContactSystem& system, int sweeps, double tolerance, Budget& budget, Iterate& best);
+
+/// Solves one contact: u = W r + q, W 3x3, warm-started from r.
+Vector3 solve_one_contact(BlockKind kind, double mu, const Matrix3& W, const Vector3& q, const Vector3& r);
+
+}  // namespace perp
