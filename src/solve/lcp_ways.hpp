@@ -9,10 +9,6 @@ namespace perp {
 /// Lemke's method along other covering vectors, drawn by a seed of its own.
 void try_covering_vectors(const Lcp& lcp, const LcpOptions& options, LcpSolution& out);
 
-/// Lemke and Howson's path [CPS92, Sec. 4.4] for bimatrix games: A = [0 P; Q 0] with P, Q > 0 after a
-/// renumbering, b < 0. On these every covering vector d > 0 ends on a ray at once.
-void try_bimatrix_game(const Lcp& lcp, const LcpOptions& options, LcpSolution& out);
-
 /// Depth first over the choices z_i = 0 or w_i = 0, where the linear relaxation of a choice is infeasible cutting
 /// off all below it. Finite, exponential at worst: after max_nodes `out` stays as it was. When the choices run
 /// out first: Exhausted.

@@ -1,7 +1,6 @@
-#include <algorithm>
-#include <cmath>
 #include <string>
 
+#include "equilibrate.hpp"
 #include "lcp_ways.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/solve/lemke.hpp"
@@ -19,33 +18,8 @@ void check(const Lcp& lcp) {
   if (!lcp.b.allFinite()) refuse("lcp", "b", "not finite", "finite entries are needed");
 }
 
-// R A C z' + R b with R and C diagonal powers of two, so that scaling rounds nothing: z = C z'.
-struct Scaling {
-  Vector r, c;
-  Lcp apply(const Lcp& lcp) const { return {r.asDiagonal() * lcp.A * c.asDiagonal(), r.cwiseProduct(lcp.b)}; }
-};
-
-double power_of_two_near(double x) { return std::exp2(std::round(std::log2(x))); }
-
-// Brings the largest entry of each row and column near 1, each time by half of what it lacks [Ruiz01]. Symmetric
-// means R = C, which keeps definiteness and copositivity; otherwise rows and columns each by their own.
-Scaling equilibrate(const Matrix& A, bool symmetric) {
-  constexpr int rounds = 6;
-  const auto n = A.rows();
-  Scaling scaling{Vector::Ones(n), Vector::Ones(n)};
-  const auto inverse_root = [](double x) { return x > 0 ? 1 / std::sqrt(x) : 1.0; };
-  for (int k = 0; k < rounds; ++k) {
-    const Matrix size = (scaling.r.asDiagonal() * A * scaling.c.asDiagonal()).cwiseAbs();
-    Vector row = size.rowwise().maxCoeff(), col = size.colwise().maxCoeff();
-    if (symmetric) row = row.cwiseMax(col), col = row;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      scaling.r[i] *= inverse_root(row[i]);
-      scaling.c[i] *= inverse_root(col[i]);
-    }
-  }
-  scaling.r = scaling.r.unaryExpr(&power_of_two_near);
-  scaling.c = scaling.c.unaryExpr(&power_of_two_near);
-  return scaling;
+Lcp scaled_by(const Scaling& scaling, const Lcp& lcp) {
+  return {scaling.apply(lcp.A), scaling.r.cwiseProduct(lcp.b)};
 }
 
 // Takes a scaled problem's answer back to the units of the data.
@@ -74,7 +48,7 @@ void try_certificate(const Lcp& lcp, LcpSolution& out) {
 LcpSolution lemke(const Lcp& lcp, const LemkeOptions& options) {
   check(lcp);
   const Scaling scaling = equilibrate(lcp.A, true);
-  const Lcp scaled = scaling.apply(lcp);
+  const Lcp scaled = scaled_by(scaling, lcp);
   LemkeOptions scaled_options = options;
   if (options.covering.size() == lcp.b.size())
     scaled_options.covering = scaling.r.cwiseProduct(options.covering);
@@ -90,7 +64,7 @@ LcpSolution solve_lcp(const Lcp& lcp, const LcpOptions& options) {
   if (decided(solution)) return solution;
 
   const Scaling scaling = equilibrate(lcp.A, false);
-  const Lcp scaled = scaling.apply(lcp);
+  const Lcp scaled = scaled_by(scaling, lcp);
   const int pivots = solution.pivots;
   LemkeSolver({.max_pivots = options.max_pivots,
                .tolerance = options.tolerance,
@@ -100,7 +74,6 @@ LcpSolution solve_lcp(const Lcp& lcp, const LcpOptions& options) {
   solution.stage = "lemke, equilibrated";
   solution.pivots += pivots;
   if (!decided(solution)) try_certificate(scaled, solution);
-  if (!decided(solution)) try_bimatrix_game(scaled, options, solution);
   if (!decided(solution)) try_covering_vectors(scaled, options, solution);
   if (!decided(solution)) try_branches(scaled, options, max_nodes, solution);
   unscale(lcp, scaling, solution);
