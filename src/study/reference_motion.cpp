@@ -36,14 +36,12 @@ struct ReferenceMotion::Nodes {
     bool is_switch = false;
   };
 
-  std::vector<Stretch> stretches;
+  std::map<int, Stretch> stretches;
   Real max_step;
   std::vector<Node> list;
   std::mutex guard_of_list;
 
-  const Stretch& stretch(const Point& from) const {
-    return stretches[static_cast<std::size_t>(from.stretch)];
-  }
+  const Stretch& stretch(const Point& from) const { return stretches.at(from.stretch); }
 
   /// y after one step of length s from a node, s no longer than the accepted step from there.
   Reals advance(const Point& from, Real s) const {
@@ -88,26 +86,28 @@ struct ReferenceMotion::Nodes {
   }
 };
 
-ReferenceMotion::ReferenceMotion(std::vector<Stretch> stretches, Reals y0, int first, Real max_step)
+ReferenceMotion::ReferenceMotion(std::map<int, Stretch> stretches, Reals y0, int first, Real max_step)
     : nodes_(std::make_shared<Nodes>()) {
   nodes_->stretches = std::move(stretches);
   nodes_->max_step = max_step;
   nodes_->list.push_back({.point = {.t = 0, .y = std::move(y0), .stretch = first}});
 }
 
-ReferenceMotion::Point ReferenceMotion::at(double t) const {
-  if (!(t >= 0) || !std::isfinite(t)) refuse("exact", "t", t, "needs to be >= 0 and finite [s]");
+ReferenceMotion::ReferenceMotion(std::function<void(Real t, const Reals& y, Reals& rate)> rate, Reals y0)
+    : ReferenceMotion({{0, Stretch{std::move(rate)}}}, std::move(y0), 0) {}
+
+ReferenceMotion::Point ReferenceMotion::at(Real t) const {
+  if (!(t >= 0) || !std::isfinite(t)) refuse("exact", "t", double(t), "needs to be >= 0 and finite [s]");
   const std::lock_guard lock(nodes_->guard_of_list);
   std::vector<Nodes::Node>& list = nodes_->list;
   while (list.back().point.t <= t) nodes_->extend();
-  const auto after = std::upper_bound(list.begin(), list.end(), t, [](double value, const Nodes::Node& node) {
-    return value < node.point.t;
-  });
+  const auto after = std::upper_bound(
+      list.begin(), list.end(), t, [](Real value, const Nodes::Node& node) { return value < node.point.t; });
   const Point& from = std::prev(after)->point;
   return {t, nodes_->advance(from, t - from.t), from.stretch};
 }
 
-std::vector<Real> ReferenceMotion::switches(double t) const {
+std::vector<Real> ReferenceMotion::switches(Real t) const {
   static_cast<void>(at(t));
   const std::lock_guard lock(nodes_->guard_of_list);
   std::vector<Real> times;
@@ -117,11 +117,11 @@ std::vector<Real> ReferenceMotion::switches(double t) const {
 }
 
 ReferenceMotion turning(std::function<RealVector3(Real t)> w, Real corner) {
-  const Stretch turn{.rate = [w](Real t, const Reals& y, Reals& rate) { turn_in_world_axes(y, w(t), rate); }};
+  Stretch turn{.rate = [w](Real t, const Reals& y, Reals& rate) { turn_in_world_axes(y, w(t), rate); }};
   Stretch until_corner = turn;
   until_corner.guard = [corner](Real t, const Reals&) { return corner - t; };
   until_corner.next = [](Real, Reals&) { return 1; };
-  return {{until_corner, turn}, {1, 0, 0, 0}};
+  return {{{0, until_corner}, {1, turn}}, {1, 0, 0, 0}, 0};
 }
 
 namespace {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -18,8 +19,11 @@ using RealVector3 = Eigen::Matrix<Real, 3, 1>;
 struct Stretch {
   std::function<void(Real t, const Reals& y, Reals& rate)> rate;  ///< rate comes zeroed, as long as y
   std::function<Real(Real t, const Reals& y)> guard = {};         ///< empty: for ever
-  std::function<int(Real t, Reals& y)> next = {};                 ///< index of the following stretch
+  std::function<int(Real t, Reals& y)> next = {};                 ///< number of the following stretch
 };
+
+/// Nothing changes any more.
+inline const Stretch still{.rate = [](Real, const Reals&, Reals&) {}};
 
 /// The solution of a sequence of initial value problems
 ///   y' = rate_s(t, y),   s changes where guard_s(t, y) = 0,
@@ -34,15 +38,18 @@ class ReferenceMotion {
     int stretch = 0;
   };
 
-  /// Starts at t = 0 in stretches[first]. max_step [s] bounds the steps: a guard that dips below zero and comes back
-  /// between two nodes goes unseen.
-  ReferenceMotion(std::vector<Stretch> stretches, Reals y0, int first = 0, Real max_step = 0.05L);
+  /// Starts at t = 0 in the stretch numbered `first`. max_step [s] bounds the steps: a guard that dips below zero and comes
+  /// back between two nodes goes unseen.
+  ReferenceMotion(std::map<int, Stretch> stretches, Reals y0, int first, Real max_step = 0.05L);
+
+  /// One stretch for ever.
+  ReferenceMotion(std::function<void(Real t, const Reals& y, Reals& rate)> rate, Reals y0);
 
   /// Just after a switch if t is one. Throws std::invalid_argument for t < 0.
-  Point at(double t) const;
+  Point at(Real t) const;
 
   /// Times of the switches up to t, in order.
-  std::vector<Real> switches(double t) const;
+  std::vector<Real> switches(Real t) const;
 
  private:
   struct Nodes;

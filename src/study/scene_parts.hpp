@@ -13,6 +13,7 @@ namespace perp {
 
 inline constexpr double g = 9.81;  ///< [m/s^2] of all scenes
 using std::numbers::pi;
+inline const Vector3 down_y(0, -g, 0);  ///< gravity of planar scenes
 
 /// Values that a parameter may have.
 struct Allowed {
@@ -43,27 +44,61 @@ class Parameters {
   std::vector<SceneParameter> read_;
 };
 
+/// exact() of a scene: `place(model, x, t)` puts the bodies of a model at rest where they are at t.
+template <class Place>
+std::function<State(double)> exact_by(const Model& model, Place place) {
+  return [=](double t) {
+    State x = model.rest();
+    x.t = t;
+    place(model, x, Real(t));
+    return x;
+  };
+}
+
+/// Where a body is and how fast, in extended precision: of a particle, and of one that stays in the xy plane.
+struct ParticleMotion {
+  RealVector3 x, v;
+  void put(const Model& model, State& state, BodyId particle) const;
+};
+struct PlanarMotion {
+  Real x, y, angle, vx, vy, omega;
+  void put(const Model& model, State& state, BodyId body) const;
+};
+
+/// A body whose centre hangs at the distance c below a hinge at (x, y) that moves at (vx, vy).
+PlanarMotion hanging(Real x, Real y, Real vx, Real vy, Real c, Real angle, Real omega);
+
 /// Makes a scene: all but name and parameters, which the registry knows.
 using SceneMaker = Scene (*)(Parameters&);
 
-// scenes_spheres.cpp
-Scene seed_sphere(Parameters&);
+Scene seed_sphere(Parameters&);  // scenes_spheres.cpp
 Scene oblique_sphere(Parameters&);
 Scene turntable(Parameters&);
-// scenes_particles.cpp
-Scene incline_block(Parameters&);
+Scene incline_block(Parameters&);  // scenes_particles.cpp
 Scene cross_incline(Parameters&);
+Scene bouncing_ball(Parameters&);
 Scene shaker(Parameters&);
+Scene three_balls(Parameters&);
+Scene roller_in_cylinder(Parameters&);  // scenes_curved.cpp
+Scene ball_on_sphere(Parameters&);
 Scene bead_in_ring(Parameters&);
-// scenes_planar.cpp
-Scene roller_in_cylinder(Parameters&);
-Scene friction_pendulum(Parameters&);
+Scene bowl(Parameters&);
+Scene friction_pendulum(Parameters&);  // scenes_joints.cpp
 Scene spring_block(Parameters&);
 Scene double_pendulum(Parameters&);
-// scenes_rotation.cpp
-Scene dzhanibekov(Parameters&);
-// scenes_boxes.cpp
+Scene slider_crank(Parameters&);  // scenes_linkages.cpp
+Scene four_bar(Parameters&);
+Scene parallelogram(Parameters&);
+Scene dzhanibekov(Parameters&);  // scenes_rotation.cpp
+Scene heavy_top(Parameters&);
+Scene free_spin(Parameters&);
+Scene rocking_block(Parameters&);  // scenes_corners.cpp
+Scene painleve_rod(Parameters&);
+Scene table(Parameters&);  // scenes_boxes.cpp
 Scene stack(Parameters&);
+Scene pile(Parameters&);
+Scene sunk_box(Parameters&);
 Scene creep(Parameters&);
+Scene sliding_cube(Parameters&);
 
 }  // namespace perp

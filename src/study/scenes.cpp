@@ -41,6 +41,26 @@ std::vector<SceneParameter> Parameters::all() const {
   return read_;
 }
 
+void ParticleMotion::put(const Model& model, State& state, BodyId particle) const {
+  model.set_position(state, particle, x.cast<double>());
+  model.set_velocity(state, particle, v.cast<double>());
+}
+
+void PlanarMotion::put(const Model& model, State& state, BodyId body) const {
+  const Real half = angle / 2;
+  model.set_position(state, body, {double(x), double(y), 0});
+  if (model.body(body).kind == BodyKind::Planar)
+    state.q[model.body(body).q0 + 2] = double(angle);  // whole turns count
+  else
+    model.set_orientation(state, body, Quaternion(double(std::cos(half)), 0, 0, double(std::sin(half))));
+  model.set_velocity(state, body, {double(vx), double(vy), 0}, {0, 0, double(omega)});
+}
+
+PlanarMotion hanging(Real x, Real y, Real vx, Real vy, Real c, Real angle, Real omega) {
+  const Real s = std::sin(angle), k = std::cos(angle);
+  return {x + c * s, y - c * k, angle, vx + c * omega * k, vy + c * omega * s, omega};
+}
+
 namespace {
 
 struct BuiltIn {
@@ -53,16 +73,31 @@ constexpr BuiltIn built_in[] = {
     {"oblique-sphere", oblique_sphere},
     {"incline-block", incline_block},
     {"cross-incline", cross_incline},
+    {"bouncing-ball", bouncing_ball},
     {"shaker", shaker},
     {"turntable", turntable},
     {"roller-in-cylinder", roller_in_cylinder},
+    {"ball-on-sphere", ball_on_sphere},
     {"friction-pendulum", friction_pendulum},
     {"spring-block", spring_block},
+    {"three-balls", three_balls},
     {"dzhanibekov", dzhanibekov},
+    {"heavy-top", heavy_top},
     {"double-pendulum", double_pendulum},
+    {"slider-crank", slider_crank},
     {"bead-in-ring", bead_in_ring},
+    {"rocking-block", rocking_block},
+    {"bowl", bowl},
+    {"painleve-rod", painleve_rod},
+    {"table", table},
+    {"four-bar", four_bar},
+    {"parallelogram", parallelogram},
     {"stack", stack},
+    {"pile", pile},
+    {"free-spin", free_spin},
+    {"sunk-box", sunk_box},
     {"creep", creep},
+    {"sliding-cube", sliding_cube},
 };
 
 }  // namespace

@@ -9,21 +9,10 @@
 namespace perp {
 namespace {
 
-/// exact() of a scene with one particle: where it is and how it moves, in extended precision.
-struct ParticleMotion {
-  RealVector3 x, v;
-};
-
 template <class Motion>
-std::function<State(double)> exact_of(const Model& model, BodyId particle, Motion motion) {
-  return [=](double t) {
-    State state = model.rest();
-    state.t = t;
-    const ParticleMotion now = motion(Real(t));
-    model.set_position(state, particle, now.x.template cast<double>());
-    model.set_velocity(state, particle, now.v.template cast<double>());
-    return state;
-  };
+std::function<State(double)> exact_of(const Model& particles, BodyId particle, Motion motion) {
+  return exact_by(particles,
+                  [=](const Model& model, State& x, Real t) { motion(t).put(model, x, particle); });
 }
 
 /// A particle on the plane z = 0 of a slope: gravity leans by theta from -z towards `downhill`, a unit vector.
@@ -100,6 +89,30 @@ Scene cross_incline(Parameters& set) {
   return s;
 }
 
+Scene bouncing_ball(Parameters& set) {
+  const double e = set.number("e", 0.8, "restitution [-]", {0, 0.999});
+  const double height = set.number("height", 1, "from which it falls [m]", positive);
+  Scene s;
+  s.id = "B4";
+  s.what = "A ball bounces ever lower, infinitely often in a finite time, and lies still";
+  const BodyId ball = s.model.add_particle(1, {.pose = {.p = {0, 0, height}}, .name = "ball"});
+  s.model.add_contact(ground, ball, particle_on_plane(), {.e = e, .name = "floor"});
+  s.start = s.model.rest();
+
+  s.exact = exact_of(s.model, ball, [=](Real t) -> ParticleMotion {
+    const Real fall = std::sqrt(2 * height / Real(g)), rest = fall * (1 + Real(e)) / (1 - Real(e));
+    if (t < fall) return {{0, 0, height - g * t * t / 2}, {0, 0, -g * t}};
+    if (t >= rest) return {RealVector3::Zero(), RealVector3::Zero()};
+    Real since = t - fall, v = e * g * fall;  // the bounces last 2 v/g each, v falling by the factor e
+    while (since >= 2 * v / g && v > 0) {
+      since -= 2 * v / g;
+      v *= e;
+    }
+    return {{0, 0, since * (v - g * since / 2)}, {0, 0, v - g * since}};
+  });
+  return s;
+}
+
 Scene shaker(Parameters& set) {
   const double a = set.number("amplitude", 0.1, "of the plate [m]", positive);
   const double rate = set.number("rate", 12, "of the plate [rad/s]", positive);
@@ -119,54 +132,56 @@ Scene shaker(Parameters& set) {
   const auto height = [=](Real t) { return A * std::sin(w * t); };
   const auto speed = [=](Real t) { return A * w * std::cos(w * t); };
   const auto weight = [=](Real t) { return g - A * w * w * std::sin(w * t); };
-  const Stretch carried{.rate = [](Real, const Reals&, Reals&) {},
-                        .guard = [=](Real t, const Reals&) { return weight(t); },
-                        .next =
-                            [=](Real t, Reals& y) {
-                              y = {height(t), speed(t)};
-                              return 1;
-                            }};
-  const Stretch flying{.rate =
-                           [](Real, const Reals& y, Reals& dy) {
-                             dy[0] = y[1];
-                             dy[1] = -g;
-                           },
-                       .guard = [=](Real t, const Reals& y) { return y[0] - height(t); },
-                       .next =
-                           [=](Real t, Reals& y) {
-                             y = {height(t), speed(t)};
-                             return weight(t) > 0 ? 0 : 1;
-                           }};
-  const ReferenceMotion motion({carried, flying}, {0, A * w}, 0, 0.1L / w);
+  enum { Carried, Flies };
+  Stretch carried = still, flies;
+  carried.guard = [=](Real t, const Reals&) { return weight(t); };
+  carried.next = [=](Real t, Reals& y) {
+    y = {height(t), speed(t)};
+    return Flies;
+  };
+  flies.rate = [](Real, const Reals& y, Reals& dy) { dy = {y[1], -g}; };
+  flies.guard = [=](Real t, const Reals& y) { return y[0] - height(t); };
+  flies.next = [=](Real t, Reals& y) {
+    y = {height(t), speed(t)};
+    return weight(t) > 0 ? Carried : Flies;
+  };
+  const ReferenceMotion motion({{Carried, carried}, {Flies, flies}}, {0, A * w}, Carried, 0.1L / w);
   s.exact = exact_of(s.model, particle, [=](Real t) -> ParticleMotion {
-    const ReferenceMotion::Point now = motion.at(static_cast<double>(t));
-    if (now.stretch == 0) return {{0, 0, height(t)}, {0, 0, speed(t)}};
+    const ReferenceMotion::Point now = motion.at(t);
+    if (now.stretch == Carried) return {{0, 0, height(t)}, {0, 0, speed(t)}};
     return {{0, 0, now.y[0]}, {0, 0, now.y[1]}};
   });
   return s;
 }
 
-Scene bead_in_ring(Parameters& set) {
-  const double mu = set.number("mu", 0.3, "friction coefficient [-]", not_negative);
-  const double v0 = set.number("v0", 2, "initial speed [m/s]", not_negative);
-  const double R = set.number("radius", 1, "of the wall [m]", positive);
+Scene three_balls(Parameters& set) {
+  const double e = set.number("e", 1, "restitution [-]", fraction);
   Scene s;
-  s.id = "B17";
+  s.id = "B11";
   s.what =
-      "A bead runs along a circular wall without gravity: the wall's curvature alone makes it press and rub";
+      "The first of three balls in touch has a velocity towards the others; Newton's law for both contacts "
+      "at once";
+  s.t_end = 0.5;
   s.model.set_gravity(Vector3::Zero());
-  const BodyId bead = s.model.add_particle(1, {.pose = {.p = {R, 0, 0}}, .name = "bead"});
-  s.model.add_contact(ground, bead, particle_in_circle(R), {.mu = mu, .name = "wall"});
+  const double r = 0.5;
+  const auto add = [&](const char* name, double x) {
+    return s.model.add_particle(1, {.pose = {.p = {x, 0, 0}}, .name = name});
+  };
+  const BodyId balls[] = {add("first", -2 * r), add("second", 0), add("third", 2 * r)};
+  s.model.add_contact(balls[0], balls[1], sphere_on_sphere(r, r), {.e = e, .name = "near"});
+  s.model.add_contact(balls[1], balls[2], sphere_on_sphere(r, r), {.e = e, .name = "far"});
   s.start = s.model.rest();
-  s.model.set_velocity(s.start, bead, {0, v0, 0});
+  s.model.set_velocity(s.start, balls[0], {1, 0, 0});
 
-  // v' = -mu v^2/R
-  s.exact = exact_of(s.model, bead, [=](Real t) {
-    const Real slower = 1 + Real(mu) * v0 * t / R, v = v0 / slower;
-    const Real angle = mu == 0 ? v0 * t / R : std::log(slower) / mu;
-    const Real c = std::cos(angle), sn = std::sin(angle);
-    return ParticleMotion{{R * c, R * sn, 0}, {-v * sn, v * c, 0}};
-  });
+  // the contacts' velocities -1 and 0 become e and 0, the sum stays: not the (0, 0, 1) of one contact after the other
+  const Real after[] = {(1 - 2 * Real(e)) / 3, (1 + Real(e)) / 3, (1 + Real(e)) / 3};
+  s.exact = [=, model = s.model, start = s.start](double t) {
+    State x = start;
+    x.t = t;
+    for (int i = 0; t > 0 && i < 3; ++i)
+      ParticleMotion{{2 * r * (i - 1) + after[i] * t, 0, 0}, {after[i], 0, 0}}.put(model, x, balls[i]);
+    return x;
+  };
   return s;
 }
 

@@ -38,14 +38,11 @@ Scene thrown(double R, double mu, const Vector3& v0, const Vector3& w0) {
 
   const ThrownSphere motion{R, mu, v0.cast<Real>(), w0.cast<Real>()};
   const ReferenceMotion orientations = turning([=](Real t) { return motion.w(t); }, motion.rolls_at());
-  s.exact = [=, model = s.model](double t) {
-    State x = model.rest();
-    x.t = t;
+  s.exact = exact_by(s.model, [=](const Model& model, State& x, Real t) {
     model.set_position(x, ball, Vector3(0, 0, R) + motion.x(t).cast<double>());
     model.set_orientation(x, ball, orientation(orientations.at(t).y));
     model.set_velocity(x, ball, motion.v(t).cast<double>(), motion.w(t).cast<double>());
-    return x;
-  };
+  });
   return s;
 }
 
@@ -103,14 +100,11 @@ Scene turntable(Parameters& set) {
 
   if (mu * g < std::abs(double(c)) * v0.norm()) return s;  // it slips
   const ReferenceMotion orientations = turning(w);
-  s.exact = [=, model = s.model](double t) {
-    State x = model.rest();
-    x.t = t;
+  s.exact = exact_by(s.model, [=](const Model& model, State& x, Real t) {
     model.set_position(x, ball, r(t).cast<double>() + R * z);
     model.set_orientation(x, ball, orientation(orientations.at(t).y));
     model.set_velocity(x, ball, v(t).cast<double>(), w(t).cast<double>());
-    return x;
-  };
+  });
   return s;
 }
 

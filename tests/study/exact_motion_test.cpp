@@ -85,13 +85,69 @@ TEST_CASE("the exact motion of a free body satisfies the equations of motion", "
   check({.scene = "dzhanibekov", .until = 12, .size = 10});
 }
 
+TEST_CASE(
+    "the exact motion of a ball that rolls, slips and flies off a sphere satisfies the equations of motion",
+    "[exact]") {
+  check({.scene = "ball-on-sphere", .until = 1.4, .switches = {1.16953, 1.21841}});
+  check({.scene = "ball-on-sphere", .until = 1, .set = {{"mu", 0.2}}, .touching = 1});
+}
+
+TEST_CASE("the exact motion of a marble in a bowl satisfies the equations of motion", "[exact]") {
+  check({.scene = "bowl", .until = 3, .size = 10, .touching = 1});
+}
+
+TEST_CASE("the exact motion of a bouncing ball satisfies the equations of motion between impacts",
+          "[exact]") {
+  check({.scene = "bouncing-ball", .switches = {0.451524}});
+  check({.scene = "three-balls"});
+}
+
+TEST_CASE("the exact motion of a heavy top satisfies the equations of motion", "[exact]") {
+  check({.scene = "heavy-top", .size = 1e4}, {.delta = 1e-4});
+}
+
+TEST_CASE("the exact motion of a stiff free body satisfies the equations of motion", "[exact]") {
+  check({.scene = "free-spin", .until = 1e-2, .size = 1e8}, {.delta = 1e-6});
+}
+
+TEST_CASE("the exact motion of a slider-crank satisfies the equations of motion", "[exact]") {
+  check({.scene = "slider-crank", .until = 1.3, .switches = {1.18675}, .size = 100});
+  const double pi = std::acos(-1.0);
+  const Scene s = scene("slider-crank", {{"guide", 0.5}});
+  std::vector<double> kinks;
+  for (double t = 0; t < 1.1; t += 1e-4)  // where the slider turns, and where all stops
+    if (std::floor(s.exact(t).q[2] / pi) != std::floor(s.exact(t + 1e-4).q[2] / pi) ||
+        (s.exact(t).nu[2] > 0 && s.exact(t + 1e-4).nu[2] == 0))
+      kinks.push_back(t);
+  CHECK(kinks.size() == 3);
+  check({.scene = "slider-crank", .until = 1.2, .switches = kinks, .set = {{"guide", 0.5}}, .size = 100});
+}
+
+TEST_CASE("the exact motion of a rocking block satisfies the equations of motion between impacts",
+          "[exact]") {
+  check({.scene = "rocking-block", .until = 0.9, .switches = {0.4938}, .touching = 1});
+}
+
+TEST_CASE("the exact motion of a rod that turns about its tip satisfies the equations of motion", "[exact]") {
+  check({.scene = "painleve-rod", .touching = 1});
+}
+
+TEST_CASE("the exact motion of a four-bar satisfies the equations of motion", "[exact]") {
+  check({.scene = "four-bar", .until = 5, .size = 10});
+}
+
 TEST_CASE("the exact motion of a double pendulum satisfies the equations of motion", "[exact]") {
   check({.scene = "double-pendulum", .until = 3, .size = 10});
   check({.scene = "double-pendulum", .until = 10, .set = {{"angle1", 0.5}, {"angle2", -0.3}}});
 }
 
+TEST_CASE("the exact motion of a cube that slides to rest satisfies the equations of motion", "[exact]") {
+  check({.scene = "sliding-cube", .switches = {1.22324}, .touching = 4});
+}
+
 TEST_CASE("boxes at rest satisfy the equations of motion", "[exact]") {
   check({.scene = "creep", .until = 1, .touching = 4});
+  check({.scene = "table", .touching = 4});
   check({.scene = "stack", .set = {{"ratio", 1}}});
   check({.scene = "stack", .set = {{"ratio", 1e6}, {"count", 5}}, .size = 1e7});
 }

@@ -28,7 +28,8 @@ struct Scene {
   std::vector<SceneParameter> parameters;
 
   /// The motion: a closed form, or the equations of motion in minimal coordinates integrated to round-off by means that share
-  /// no code with the model. Empty where neither is known (or not for these parameters).
+  /// no code with the model. Empty where neither is known (or not for these parameters); q and nu are NaN at times past
+  /// which it is not. Just after an impact if t is the time of one, but the start at t = 0.
   std::function<State(double t)> exact;
 };
 
