@@ -1,4 +1,4 @@
-#include "equilibrate.hpp"
+#include "solve/equilibrate.hpp"
 
 #include <cmath>
 

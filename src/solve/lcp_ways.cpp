@@ -1,4 +1,4 @@
-#include "lcp_ways.hpp"
+#include "solve/lcp_ways.hpp"
 
 #include <algorithm>
 #include <cmath>

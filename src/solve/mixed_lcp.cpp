@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "equilibrate.hpp"
 #include "perp/core/errors.hpp"
+#include "solve/equilibrate.hpp"
 
 namespace perp {
 namespace {

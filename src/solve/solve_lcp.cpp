@@ -1,10 +1,10 @@
 #include <string>
 
-#include "equilibrate.hpp"
-#include "lcp_ways.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/solve/linear_feasibility.hpp"
+#include "solve/equilibrate.hpp"
+#include "solve/lcp_ways.hpp"
 
 namespace perp {
 namespace {

@@ -1,0 +1,236 @@
+// perp solve: problems in files, one after the other, each with how its solve ended and how good the answer is.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <Eigen/LU>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "perp/core/errors.hpp"
+#include "perp/io/csv_file.hpp"
+#include "perp/solve/lemke.hpp"
+#include "perp/solve/problem_io.hpp"
+
+namespace perp {
+namespace {
+
+struct SolveRequest {
+  double tolerance = 1e-10;  // of the relative residual: the pass mark
+  std::string solver = "chain";
+  std::string solutions;  // folder, or empty: none are written
+};
+
+// A row of the report. A number that a kind of problem does not have is NaN.
+struct Answer {
+  std::string status = "bad-file", stage;
+  double contacts = not_set, rank = not_set, iterations = not_set;
+  double residual_absolute = not_set, residual_relative = not_set, residual_file = not_set;
+  double seconds = not_set;  // of the solve, without reading
+};
+
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+std::filesystem::path solution_path(const SolveRequest& request, const std::string& file) {
+  std::filesystem::create_directories(request.solutions);
+  return std::filesystem::path(request.solutions) / std::filesystem::path(file).filename().concat(".csv");
+}
+
+std::string status_of(LcpStatus status, double residual, double tolerance) {
+  if (status == LcpStatus::NoSolution || status == LcpStatus::Exhausted) return "no-solution";
+  return residual <= tolerance ? "solved" : "best-found";
+}
+
+void need_solver(const SolveRequest& request, const char* kind, std::initializer_list<const char*> known) {
+  if (std::find(known.begin(), known.end(), request.solver) != known.end()) return;
+  std::string need = std::string("a file of the kind ") + kind + " needs one of:";
+  for (const char* name : known) need.append(" ").append(name);
+  refuse("perp solve", "--solver", request.solver, need);
+}
+
+Answer solve_lcp_file(const std::string& file, const SolveRequest& request) {
+  need_solver(request, "lcp", {"chain", "lemke"});
+  const Lcp lcp = read_lcp(file);
+  const Stopwatch watch;
+  const LcpSolution solution = request.solver == "lemke" ? lemke(lcp) : solve_lcp(lcp);
+  Answer answer{.stage = std::string(solution.stage), .seconds = watch.seconds()};
+  answer.rank = static_cast<double>(Eigen::FullPivLU<Matrix>(lcp.A).rank());
+  answer.iterations = solution.pivots;
+  answer.residual_absolute = answer.residual_file = solution.residual;
+  answer.residual_relative = lcp_relative_residual(lcp.A, lcp.b, solution.z);
+  answer.status = status_of(solution.status, answer.residual_relative, request.tolerance);
+  if (!request.solutions.empty()) {
+    const Vector w = lcp.A * solution.z + lcp.b;
+    CsvFile csv(solution_path(request, file), {"row", "z", "w"});
+    for (int i = 0; i < static_cast<int>(w.size()); ++i) csv.cell(i).cell(solution.z[i]).cell(w[i]).end_row();
+    csv.finish();
+  }
+  return answer;
+}
+
+Answer solve_mixed_lcp_file(const std::string& file, const SolveRequest& request) {
+  need_solver(request, "mlcp", {"chain"});
+  const MixedLcp problem = read_mixed_lcp(file);
+  const Stopwatch watch;
+  const MixedLcpSolution solution = solve_mixed_lcp(problem);
+  Answer answer{.stage = std::string(solution.stage), .seconds = watch.seconds()};
+  answer.rank = static_cast<double>(Eigen::FullPivLU<Matrix>(problem.A).rank());
+  answer.iterations = solution.pivots;
+  answer.residual_absolute = answer.residual_file = solution.residual;
+  answer.residual_relative = mixed_lcp_relative_residual(problem, solution.u, solution.v);
+  answer.status = status_of(solution.status, answer.residual_relative, request.tolerance);
+  if (!request.solutions.empty()) {
+    const Vector w = problem.D * solution.u + problem.B * solution.v + problem.b;
+    CsvFile csv(solution_path(request, file), {"variable", "row", "value", "w"});
+    for (int i = 0; i < static_cast<int>(solution.u.size()); ++i)
+      csv.cell("u").cell(i).cell(solution.u[i]).cell(not_set).end_row();
+    for (int i = 0; i < static_cast<int>(w.size()); ++i)
+      csv.cell("v").cell(i).cell(solution.v[i]).cell(w[i]).end_row();
+    csv.finish();
+  }
+  return answer;
+}
+
+// What a file's first whole numbers look like decides its kind where the command line does not.
+using Beginning = std::vector<int>;
+
+Beginning beginning_of(const std::string& file) {
+  TextReader reader = TextReader::from_file(file);
+  Beginning numbers;
+  while (numbers.size() < 6 && !reader.at_end()) {
+    const std::string_view token = reader.word("number");
+    int value = 0;
+    const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
+    if (error != std::errc() || end != token.data() + token.size()) break;
+    numbers.push_back(value);
+  }
+  return numbers;
+}
+
+bool is_storage(int number) { return 0 <= number && number <= 2; }
+
+// n, then a storage and the shape (n, n); dense storage says the shape twice.
+bool looks_like_lcp(const Beginning& x) {
+  return x.size() >= 4 && is_storage(x[1]) && x[2] == x[0] && x[3] == x[0] &&
+         (x[1] != 0 || (x.size() >= 6 && x[4] == x[0] && x[5] == x[0]));
+}
+
+// Two flags, n, m and the boundary 0.
+bool looks_like_mixed_lcp(const Beginning& x) {
+  return x.size() >= 5 && 0 <= x[0] && x[0] <= 1 && 0 <= x[1] && x[1] <= 1 && x[0] + x[1] > 0 &&
+         (x[0] == 0 || x[4] == 0);
+}
+
+struct Kind {
+  const char* name;
+  bool (*looks_like)(const Beginning&);
+  Answer (*solve)(const std::string& file, const SolveRequest&);
+};
+
+constexpr std::array kinds{
+    Kind{"lcp", looks_like_lcp, solve_lcp_file},
+    Kind{"mlcp", looks_like_mixed_lcp, solve_mixed_lcp_file},
+};
+
+const Kind& kind_of(const std::string& file, const std::string& named) {
+  const Beginning beginning = named.empty() ? beginning_of(file) : Beginning{};
+  std::string names;
+  for (const Kind& kind : kinds) {
+    if (named.empty() ? kind.looks_like(beginning) : kind.name == named) return kind;
+    names.append(names.empty() ? "" : ", ").append(kind.name);
+  }
+  throw ParseError(file, 1, 1, "the first numbers are of no known kind of problem", names + " can be read");
+}
+
+void print_csv(const std::string& file, const std::string& kind, const Answer& a) {
+  std::string row = file.find_first_of(",\"\n") == std::string::npos ? file : "\"";
+  if (row == "\"") {
+    for (const char c : file) row.append(c == '"' ? 2 : 1, c);
+    row += '"';
+  }
+  row.append(",").append(kind);
+  const auto number = [&](double x) { row.append(",").append(x == x ? shortest(x) : ""); };
+  number(a.contacts), number(a.rank);
+  row.append(",").append(a.status).append(",").append(a.stage);
+  number(a.iterations), number(a.residual_absolute), number(a.residual_relative), number(a.residual_file);
+  number(a.seconds);
+  std::printf("%s\n", row.c_str());
+}
+
+void print_line(const std::string& file, const std::string& kind, const Answer& a) {
+  std::printf("%s: %s %s", file.c_str(), kind.c_str(), a.status.c_str());
+  if (!a.stage.empty())
+    std::printf(" by %s, residual %s (relative %s), %s s", a.stage.c_str(),
+                shortest(a.residual_absolute).c_str(), shortest(a.residual_relative).c_str(),
+                shortest(a.seconds).c_str());
+  std::printf("\n");
+}
+
+int solve_files(const std::vector<std::string>& files, const std::string& kind, const SolveRequest& request,
+                bool csv) {
+  if (csv)
+    std::printf(
+        "file,kind,contacts,rank,status,stage,iterations,residual_absolute,residual_relative,"
+        "residual_file,seconds\n");
+  int status = Done;
+  for (const std::string& file : files) {
+    Answer answer;
+    std::string name = kind;
+    try {
+      const Kind& found = kind_of(file, kind);
+      name = found.name;
+      answer = found.solve(file, request);
+      status = std::max<int>(status, answer.status == "solved" ? Done : ToleranceNotReached);
+    } catch (const std::invalid_argument& error) {
+      std::fprintf(stderr, "perp: %s\n", error.what());
+      status = BadInput;
+    }
+    (csv ? print_csv : print_line)(file, name, answer);
+    std::fflush(stdout);
+  }
+  return status;
+}
+
+}  // namespace
+
+void add_solve_command(CLI::App& perp, int& status) {
+  struct Arguments {
+    std::vector<std::string> files;
+    std::string kind;
+    SolveRequest request;
+    bool csv = false;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = perp.add_subcommand("solve", "Solve the problems in files: LCPs, mixed LCPs");
+  command->add_option("FILE", arguments->files, "Problem files")->required();
+  std::vector<std::string> names;
+  for (const Kind& kind : kinds) names.emplace_back(kind.name);
+  command->add_option("--kind", arguments->kind, "What the files hold; found out from each if not given")
+      ->check(CLI::IsMember(names));
+  command->add_option("--tolerance", arguments->request.tolerance, "Pass mark of the relative residual")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--solver", arguments->request.solver, "chain; for LCPs also lemke")
+      ->capture_default_str();
+  command->add_flag("--csv", arguments->csv, "One CSV row a file instead of a line of text");
+  command->add_option("--solutions", arguments->request.solutions,
+                      "Folder for each file's solution, FILE.csv");
+  command->callback([arguments, &status] {
+    status = solve_files(arguments->files, arguments->kind, arguments->request, arguments->csv);
+  });
+}
+
+}  // namespace perp
