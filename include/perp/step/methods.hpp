@@ -1,0 +1,33 @@
+// The methods by name: what `perp methods` lists and `--method` takes.
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "perp/step/stepper.hpp"
+
+namespace perp {
+
+/// What may be chosen for a method from outside; each uses what concerns it.
+struct MethodOptions {
+  int edges = 8;  ///< of the friction polygon, in linear methods
+};
+
+struct Method {
+  std::string_view name;
+  int order;              ///< in smooth motion
+  bool polygonal;         ///< whether `edges` matters to it
+  std::string_view what;  ///< one phrase
+  std::unique_ptr<Stepper> (*make)(const MethodOptions&);
+};
+
+/// All methods, in the order of design: linear ones first.
+[[nodiscard]] const std::vector<Method>& methods();
+
+/// The method `name`. Throws std::invalid_argument for a name that is none, listing those that are.
+[[nodiscard]] const Method& method(std::string_view name);
+
+[[nodiscard]] std::unique_ptr<Stepper> make_stepper(std::string_view name, const MethodOptions& options = {});
+
+}  // namespace perp

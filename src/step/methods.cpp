@@ -1,0 +1,35 @@
+#include "perp/step/methods.hpp"
+
+#include "perp/core/errors.hpp"
+#include "perp/step/lcp_stepper.hpp"
+
+namespace perp {
+
+const std::vector<Method>& methods() {
+  static const std::vector<Method> all = {
+      {"lcp", 1, true, "the 2003 time-stepping LCP: linearised gaps, polygonal friction",
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<LcpStepper>(LcpStepperOptions{.edges = o.edges});
+       }},
+      {"lcp-ap", 1, true, "Anitescu and Potra's LCP: velocity-level gaps, a solution always exists",
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<LcpStepper>(LcpStepperOptions{.edges = o.edges, .anitescu_potra = true});
+       }},
+  };
+  return all;
+}
+
+const Method& method(std::string_view name) {
+  std::string known;
+  for (const Method& m : methods()) {
+    if (m.name == name) return m;
+    known.append(known.empty() ? "" : ", ").append(m.name);
+  }
+  refuse("method", "name", name, "needs to be one of: " + known);
+}
+
+std::unique_ptr<Stepper> make_stepper(std::string_view name, const MethodOptions& options) {
+  return method(name).make(options);
+}
+
+}  // namespace perp
