@@ -19,7 +19,10 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("perp ") + version);
   app.require_subcommand(1);
   int status = Done;
+  add_run_command(app, status);
+  add_scenes_command(app, status);
   add_methods_command(app, status);
+  add_solve_command(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& wanted_text) {  // --help, --version

@@ -10,14 +10,15 @@
 
 namespace perp {
 
-CsvFile::CsvFile(std::filesystem::path path, std::string_view header)
+CsvFile::CsvFile(std::filesystem::path path, const std::vector<std::string>& header)
     : path_(std::move(path)), part_(path_.string() + ".part") {
   std::error_code failed;
   if (path_.has_parent_path()) std::filesystem::create_directories(path_.parent_path(), failed);
   file_ = std::fopen(part_.c_str(), "wb");
   if (file_ == nullptr)
     refuse("writing", path_.string(), std::strerror(errno), "needs to be a file that can be written");
-  buffer_.append(header).append("\n");
+  for (const std::string& name : header) cell(name);
+  end_row();
 }
 
 CsvFile::~CsvFile() {

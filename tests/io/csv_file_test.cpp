@@ -39,7 +39,7 @@ struct DecimalComma : std::numpunct<char> {
 
 TEST_CASE("a CSV file has its header, commas between cells and quotes where they are needed", "[csv]") {
   const Scratch folder("csv-cells");
-  CsvFile file(folder.path / "deep" / "table.csv", "a,b,c");
+  CsvFile file(folder.path / "deep" / "table.csv", {"a", "b", "c"});
   file.cell(1).cell(0.1).cell("plain").end_row();
   file.cell(-2).cell(std::nan("")).cell("a \"quoted\", text").end_row();
   file.finish();
@@ -54,7 +54,7 @@ TEST_CASE("numbers in a CSV file read back to the same double under any locale",
   std::vector<double> values = {0.1, -0.0, 1e-300, 5e-324, std::numeric_limits<double>::max()};
   std::uniform_real_distribution<double> mantissa(-1, 1), exponent(-300, 300);
   for (int i = 0; i < 1000; ++i) values.push_back(mantissa(random) * std::pow(10, exponent(random)));
-  CsvFile file(folder.path / "t.csv", "x");
+  CsvFile file(folder.path / "t.csv", {"x"});
   for (const double value : values) {
     file.cell(value);
     file.end_row();
@@ -78,7 +78,7 @@ TEST_CASE("numbers in a CSV file read back to the same double under any locale",
 TEST_CASE("a CSV file that is not finished leaves nothing, neither itself nor its parts", "[csv]") {
   const Scratch folder("csv-half");
   {
-    CsvFile file(folder.path / "t.csv", "x");
+    CsvFile file(folder.path / "t.csv", {"x"});
     for (int i = 0; i < 100000; ++i) file.cell(i).end_row();
     CHECK_FALSE(fs::exists(folder.path / "t.csv"));
     CHECK(fs::exists(folder.path / "t.csv.part"));
@@ -87,8 +87,8 @@ TEST_CASE("a CSV file that is not finished leaves nothing, neither itself nor it
 }
 
 TEST_CASE("a CSV file where none can be is refused by name", "[csv]") {
-  CHECK_THROWS_WITH(CsvFile("/dev/null/t.csv", "x"), Catch::Contains("/dev/null/t.csv"));
-  CHECK_THROWS_AS(CsvFile("/dev/null/t.csv", "x"), std::invalid_argument);
+  CHECK_THROWS_WITH(CsvFile("/dev/null/t.csv", {"x"}), Catch::Contains("/dev/null/t.csv"));
+  CHECK_THROWS_AS(CsvFile("/dev/null/t.csv", {"x"}), std::invalid_argument);
 }
 
 }  // namespace

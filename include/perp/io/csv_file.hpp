@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace perp {
 
@@ -15,8 +16,8 @@ namespace perp {
 /// written.
 class CsvFile {
  public:
-  CsvFile(std::filesystem::path path, std::string_view header);  ///< header: names with commas, no line end
-  ~CsvFile();                                                    ///< unfinished: removes what was written
+  CsvFile(std::filesystem::path path, const std::vector<std::string>& header);
+  ~CsvFile();  ///< unfinished: removes what was written
   CsvFile(const CsvFile&) = delete;
   CsvFile& operator=(const CsvFile&) = delete;
 

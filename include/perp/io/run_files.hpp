@@ -1,0 +1,32 @@
+// A run as tables for other programs: trajectory.csv, contacts.csv, report.csv.
+#pragma once
+
+#include <filesystem>
+
+#include "perp/model/model.hpp"
+#include "perp/step/trajectory.hpp"
+
+namespace perp {
+
+struct RunFilesOptions {
+  int every = 1;  ///< >= 1: keeps the steps every, 2 every, ... and the last
+  const StepReport* failed =
+      nullptr;  ///< the step at which the run ended, if it failed: a last row of report.csv
+};
+
+/// Writes a run of `model` into `folder`, which it makes. All vectors in world axes, units SI, angles in radians.
+///
+/// trajectory.csv: t, then the coordinates and velocities of each body that has some, in the model's order: spatial
+///   NAME.x .y .z .qw .qx .qy .qz .vx .vy .vz .wx .wy .wz, planar NAME.x .y .angle .vx .vy .omega, particle NAME.x .y
+///   .z .vx .vy .vz. A row for the first state and one for the end of each step kept.
+/// contacts.csv: t,contact,a,b,gap,nx,ny,nz,pn,px,py,pz,fx,fy,fz,mode: a row for each contact point in reach in a step
+///   kept; t and gap at the step's end, p the impulse on b over the step [N s], f = p/h the force [N].
+/// report.csv: t,h,status,advanced,solver,iterations,res_newton_euler,res_kinematic,res_joints,res_normal,res_friction,
+///   gap_min,joint_error,energy,energy_friction,energy_impact: the StepFigures of the steps kept; advanced is 1 or 0.
+///
+/// Each file appears whole or not at all. Throws std::invalid_argument if every < 1 or a file cannot be made,
+/// std::runtime_error if the disk refuses what is written.
+void write_run(const std::filesystem::path& folder, const Model& model, const Trajectory& run,
+               const RunFilesOptions& options = {});
+
+}  // namespace perp

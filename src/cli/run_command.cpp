@@ -1,0 +1,103 @@
+// perp run: one scene under one method, its motion into files.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "perp/core/errors.hpp"
+#include "perp/io/run_files.hpp"
+#include "perp/step/methods.hpp"
+#include "perp/step/simulate.hpp"
+#include "perp/study/scene.hpp"
+
+namespace perp {
+namespace {
+
+struct RunArguments {
+  std::string scene, method, folder;
+  double h = not_set, until = not_set;
+  int every = 1;
+  MethodOptions method_options;
+  std::vector<std::string> set;
+};
+
+/// KEY=VALUE pairs as parameters of a scene.
+SceneParameters read_parameters(const std::vector<std::string>& pairs) {
+  SceneParameters parameters;
+  for (const std::string& pair : pairs) {
+    const std::size_t equals = pair.find('=');
+    double value = 0;
+    const char* const end = pair.data() + pair.size();
+    const char* const begin = equals == std::string::npos ? end : pair.data() + equals + 1;
+    const auto read = std::from_chars(begin, end, value);
+    if (equals == 0 || begin == end || read.ec != std::errc() || read.ptr != end) {
+      refuse("perp run", "--set", pair, "needs to be KEY=VALUE with a number for VALUE");
+    }
+    if (!parameters.emplace(pair.substr(0, equals), value).second) {
+      refuse("perp run", "--set", pair, "needs to be given once for each KEY");
+    }
+  }
+  return parameters;
+}
+
+/// What the user looks at first: how far it came, how well the steps' equations hold, what did not go into them.
+void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run, const std::string& folder) {
+  double residual = 0, gap = infinity, joint_error = 0;
+  for (std::size_t i = 0; i < run.steps(); ++i) {
+    const StepFigures& f = run.figures(i);
+    residual = std::max({residual, f.residuals.normal, f.residuals.friction});
+    gap = std::min(gap, f.gap_min);
+    joint_error = std::max(joint_error, f.joint_error);
+  }
+  std::printf("%s by %s: %zu steps to t = %s s\n", scene.name.c_str(), std::string(stepper.name()).c_str(),
+              run.steps(), shortest(run.t(run.size() - 1)).c_str());
+  std::printf("largest contact residual %.1e m/s, smallest gap %.1e m, largest joint error %.1e\n", residual,
+              gap, joint_error);
+  std::printf("wrote trajectory.csv, contacts.csv and report.csv to %s\n", folder.c_str());
+}
+
+int run_scene(const RunArguments& arguments) {
+  const Scene s = scene(arguments.scene, read_parameters(arguments.set));
+  const std::unique_ptr<Stepper> stepper = make_stepper(arguments.method, arguments.method_options);
+  const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
+  try {
+    const Trajectory run = simulate(s.model, *stepper, s.start, {.t_end = until, .h = arguments.h});
+    write_run(arguments.folder, s.model, run, {.every = arguments.every});
+    summarise(s, *stepper, run, arguments.folder);
+    return Done;
+  } catch (const StepFailure& failure) {
+    write_run(arguments.folder, s.model, failure.trajectory,
+              {.every = arguments.every, .failed = &failure.report});
+    summarise(s, *stepper, failure.trajectory, arguments.folder);
+    std::fprintf(stderr, "perp: %s: %s\n", s.name.c_str(), failure.what());
+    return ToleranceNotReached;
+  }
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& perp, int& status) {
+  CLI::App* command = perp.add_subcommand("run", "Run a scene by a method and write its motion to files");
+  const auto arguments = std::make_shared<RunArguments>();
+  command->add_option("SCENE", arguments->scene, "a built-in scene (perp scenes)")->required();
+  command->add_option("--method", arguments->method, "a method (perp methods)")->required();
+  command->add_option("--step", arguments->h, "step h [s]; the run takes round(T/h) equal steps")->required();
+  command->add_option("--until", arguments->until, "end time T [s]; the scene's own if not given");
+  command->add_option("--out", arguments->folder, "folder for trajectory.csv, contacts.csv, report.csv")
+      ->required();
+  command->add_option("--every", arguments->every, "write the steps K, 2 K, ... and the last")
+      ->type_name("K");
+  command->add_option("--edges", arguments->method_options.edges, "edges of the friction polygon")
+      ->type_name("N");
+  command->add_option("--set", arguments->set, "a parameter of the scene, repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+  command->callback([&status, arguments] { status = run_scene(*arguments); });
+}
+
+}  // namespace perp
