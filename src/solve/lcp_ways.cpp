@@ -125,6 +125,9 @@ void try_branches(const Lcp& lcp, const LcpOptions& options, int max_nodes, LcpS
       if (closed == 0 && std::min(z[i], w[i]) > largest) largest = std::min(z[i], w[i]), worst = i;
     }
     if (accept(lcp, options, basic_solution(lcp, basis), "branches", out)) return;
+    Vector relaxed_z = Vector::Zero(n);  // the basis may be singular, and the relaxation right
+    relaxed_z(basis) = z(basis);
+    if (accept(lcp, options, relaxed_z, "branches", out)) return;
     if (worst < 0) {  // all chosen, and neither a solution nor ruled out
       complete = false;
       continue;
