@@ -147,6 +147,8 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
     answer.speed_scale =
         std::max(answer.speed_scale, std::abs(s.joint_frictions[at(index)].velocity(w.nu_free)));
   }
+  for (const int row : island.joint_rows)  // a hinge may turn only because its rows pull
+    answer.speed_scale = std::max(answer.speed_scale, std::abs(s.joint_rows[at(row)].velocity(w.nu_free)));
   answer.friction_residual =
       std::max(answer.friction_residual, problem.polygonal.friction_residual(z, problem.u));
   for (std::size_t i = 0; i < island.contacts.size(); ++i)
