@@ -195,7 +195,6 @@ Vector corrected(const Matrix& K, const Vector& k, Index n, const Vector& x) {
     const Vector miss = K(used, Eigen::all) * y + k(used);
     y(used) -= factors.solve(miss);
   }
-  y.tail(k.size() - n) = y.tail(k.size() - n).cwiseMax(0.0);
   return y;
 }
 
@@ -242,7 +241,7 @@ MixedLcpSolution solve_mixed_lcp(const MixedLcp& problem, const LcpOptions& opti
   if (solution.solved() || solution.status == LcpStatus::Inaccurate) {
     const auto keep = [&](const Vector& y) {
       const Vector u = scaling.c.head(n).cwiseProduct(y.head(n)),
-                   v = scaling.c.tail(m).cwiseProduct(y.tail(m));
+                   v = scaling.c.tail(m).cwiseProduct(y.tail(m)).cwiseMax(0.0);
       const double residual = mixed_lcp_residual(problem, u, v);
       if (!(solution.residual <= residual)) solution.u = u, solution.v = v, solution.residual = residual;
     };
