@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 
 #include "perp/core/errors.hpp"
@@ -59,7 +60,10 @@ LcpSolution lemke(const Lcp& lcp, const LemkeOptions& options) {
 }
 
 LcpSolution solve_lcp(const Lcp& lcp, const LcpOptions& options) {
-  constexpr int restarts = 4, max_nodes = 3000;
+  constexpr int restarts = 4;
+  constexpr double max_nodes = 3000, max_work = 2e10;  // relaxations; multiplications in all of them, about
+  const double n = static_cast<double>(std::max<Eigen::Index>(lcp.b.size(), 1));
+  const int nodes = static_cast<int>(std::min(max_nodes, 1 + max_work / (8 * n * n * n)));
   LcpSolution solution = lemke(lcp, {.max_pivots = options.max_pivots, .tolerance = options.tolerance});
   if (decided(solution)) return solution;
 
@@ -75,7 +79,7 @@ LcpSolution solve_lcp(const Lcp& lcp, const LcpOptions& options) {
   solution.pivots += pivots;
   if (!decided(solution)) try_certificate(scaled, solution);
   if (!decided(solution)) try_covering_vectors(scaled, options, solution);
-  if (!decided(solution)) try_branches(scaled, options, max_nodes, solution);
+  if (!decided(solution)) try_branches(scaled, options, nodes, solution);
   unscale(lcp, scaling, solution);
   return solution;
 }

@@ -24,7 +24,7 @@ inline Lcp positive_definite_lcp(unsigned seed, int n) {
   return {G * G.transpose() + 0.1 * Matrix::Identity(n, n) + K - K.transpose(), random_vector(draw, n)};
 }
 
-/// n! orderings of a path through all 2^n bases [Mur78]: A lower triangular, 1 on and 2 below the diagonal.
+/// A path through all 2^n bases [Mur78]: A lower triangular, 1 on and 2 below the diagonal.
 inline Lcp murty_lcp(int n) {
   Lcp lcp{Matrix::Identity(n, n), -Vector::Ones(n)};
   for (int i = 0; i < n; ++i) lcp.A.row(i).head(i).setConstant(2);

@@ -75,7 +75,7 @@ TEST_CASE("lemke goes through all 2^n bases of Murty's example and ends where it
 }
 
 TEST_CASE("lemke does not cycle where all ratios tie", "[lemke]") {
-  SECTION("three rows that cycle under a fixed order of pivots [Kos79]") {
+  SECTION("three rows that all tie, on which principal pivoting by least index cycles") {
     Lcp lcp{Matrix(3, 3), -Vector::Ones(3)};
     lcp.A << 1, 2, 0, 0, 1, 2, 2, 0, 1;
     const LcpSolution solution = lemke(lcp);

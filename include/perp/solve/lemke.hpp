@@ -18,12 +18,12 @@ struct LemkeOptions {
   int restarts = 0;          ///< after a ray that proves nothing: new starts, each over the basis of the ray
 };
 
-/// Lemke's method [CPS92, Sec. 4.4] for 0 <= z ⟂ w = A z + b >= 0: adds the artificial z0,
+/// Lemke's method [CPS92, Ch. 4] for 0 <= z ⟂ w = A z + b >= 0: adds the artificial z0,
 ///   w = A z + d z0 + b,
 /// starts where z0 is just large enough for w >= 0, and goes from vertex to vertex, keeping z_i w_i = 0, until z0
 /// leaves the basis (Solved) or nothing stops the variable that grows (SecondaryRay; NoSolution if the ray is a
 /// certificate). Ties are broken as if b were b + (s, s², ..., sⁿ) with s -> 0+, so that degenerate problems
-/// do not cycle [CPS92, Sec. 4.9]. The answer is refined with A and b themselves; where the tableau's rounding has
+/// do not cycle [CPS92, Ch. 4]. The answer is refined with A and b themselves; where the tableau's rounding has
 /// grown it is set up again from them.
 ///
 /// Keeps its workspace: after a first call, calls with the same or a smaller n and an `out` whose z has that size
