@@ -1,0 +1,167 @@
+#include "perp/model/gaps.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+using namespace perp;
+using Catch::Contains;
+
+namespace {
+
+std::vector<ContactPoint> points(const Gap& gap, const Pose& X_WA, const Pose& X_WB) {
+  std::vector<ContactPoint> out(static_cast<std::size_t>(gap.points()));
+  gap(X_WA, X_WB, 0, out);
+  return out;
+}
+
+Pose at(double x, double y, double z, const Vector3& angle = Vector3::Zero()) {
+  return {{x, y, z}, rotation(angle)};
+}
+
+struct Named {
+  const char* name;
+  Gap gap;
+  Pose X_WB;
+};
+
+}  // namespace
+
+TEST_CASE("every built-in gap changes at the rate that its normal and point promise", "[gaps]") {
+  const Plane tilted{{0.2, -0.1, 1}, {0.1, 0.2, 0.3}};
+  const std::vector<Named> gaps = {
+      {"particle_on_plane", particle_on_plane(tilted), at(0, 0, 1)},
+      {"sphere_on_plane", sphere_on_plane(0.4, tilted), at(0, 0, 1)},
+      {"sphere_on_sphere", sphere_on_sphere(0.4, 0.3), at(0.3, 0.5, 0.6)},
+      {"sphere_in_sphere", sphere_in_sphere(2, 0.5), at(0.3, 0.5, 0.6)},
+      {"capsule_on_plane", capsule_on_plane(0.2, 0.8, tilted), at(0, 0, 1, {1, 0.3, 0})},
+      {"box_on_plane", box_on_plane({0.4, 0.6, 0.8}, tilted), at(0, 0, 1, {0.4, 0.3, 0.2})},
+      {"disc_on_line", disc_on_line(0.4), at(0, 1, 0)},
+      {"box_on_line", box_on_line(0.4, 0.6), at(0, 1, 0)},
+  };
+  for (const Named& g : gaps) {
+    CAPTURE(g.name);
+    const GapCheck check = check_gap(g.gap, {.X_WB = g.X_WB});
+    CAPTURE(check.rate_error, check.normal_length_error, check.time_error);
+    CHECK(check.passed);
+  }
+}
+
+TEST_CASE("gaps measure the distance along the normal from A to B", "[gaps]") {
+  const ContactPoint floor = points(sphere_on_plane(0.5), {}, at(3, 4, 0.7))[0];
+  CHECK(floor.gap == Approx(0.2));
+  CHECK(floor.normal == Vector3::UnitZ());
+  CHECK((floor.point - Vector3(3, 4, 0.2)).norm() < 1e-15);
+
+  const ContactPoint outside = points(sphere_on_sphere(1, 0.5), {}, at(0, 2, 0))[0];
+  CHECK(outside.gap == Approx(0.5));
+  CHECK(outside.normal == Vector3::UnitY());
+  CHECK((outside.point - Vector3(0, 1.5, 0)).norm() < 1e-15);
+
+  const ContactPoint inside = points(sphere_in_sphere(1, 0.25), {}, at(0, 0.5, 0))[0];
+  CHECK(inside.gap == Approx(0.25));
+  CHECK(inside.normal == -Vector3::UnitY());
+  CHECK((inside.point - Vector3(0, 0.75, 0)).norm() < 1e-15);
+
+  const ContactPoint ring = points(disc_in_circle(1, 0.2), {}, at(0.6, 0, 0))[0];
+  CHECK(ring.gap == Approx(0.2));
+  CHECK(ring.normal == -Vector3::UnitX());
+
+  const ContactPoint bead = points(particle_in_circle(1), {}, at(0.6, 0, 5))[0];
+  CHECK(bead.gap == Approx(0.4));  // a tube along z
+  CHECK(bead.normal == -Vector3::UnitX());
+}
+
+TEST_CASE("a box on a plane has its eight corners, a planar box its four", "[gaps]") {
+  const auto corners = points(box_on_plane({2, 4, 6}), {}, at(0, 0, 3.5));
+  REQUIRE(corners.size() == 8);
+  for (std::size_t i = 0; i < 8; ++i) CHECK(corners[i].gap == Approx(i < 4 ? 0.5 : 6.5));
+  const auto planar = points(box_on_line(2, 4), {}, at(0, 2.5, 0));
+  REQUIRE(planar.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) CHECK(planar[i].gap == Approx(i < 2 ? 0.5 : 4.5));
+}
+
+TEST_CASE("box on box touches at the corners of the overlap", "[gaps]") {
+  SECTION("aligned boxes of one size have four corners there") {
+    const auto c = points(box_on_box({1, 1, 1}, {1, 1, 1}), {}, at(0, 0, 1.25));
+    int present = 0;
+    for (const ContactPoint& p : c) {
+      if (p.gap == infinity) continue;
+      ++present;
+      CHECK(p.gap == Approx(0.25));
+      CHECK(std::abs(std::abs(p.point.x()) - 0.5) < 1e-15);
+      CHECK(std::abs(std::abs(p.point.y()) - 0.5) < 1e-15);
+    }
+    CHECK(present == 4);
+  }
+  SECTION("turned by 45 degrees a square on its like overlaps in an octagon") {
+    const double side = 1, corner = side / 2 * (std::sqrt(2.0) - 1);  // half of the octagon's edge
+    int present = 0;
+    for (const ContactPoint& p :
+         points(box_on_box({1, 1, 1}, {1, 1, 1}), {}, at(0, 0, 1, {0, 0, std::atan(1)}))) {
+      if (p.gap == infinity) continue;
+      ++present;
+      const double small = std::min(std::abs(p.point.x()), std::abs(p.point.y()));
+      CHECK(small == Approx(corner));
+    }
+    CHECK(present == 8);
+  }
+  SECTION("an overhanging block is carried by the overlap alone") {
+    for (const ContactPoint& p : points(box_on_box({2, 2, 1}, {2, 2, 1}), {}, at(1.5, 0, 1))) {
+      if (p.gap == infinity) continue;
+      CHECK((p.point.x() == Approx(0.5) || p.point.x() == Approx(1)));
+    }
+  }
+  SECTION("faces that do not overlap have no points") {
+    for (const ContactPoint& p : points(box_on_box({1, 1, 1}, {1, 1, 1}), {}, at(3, 0, 1)))
+      CHECK(p.gap == infinity);
+  }
+}
+
+TEST_CASE("lengths of gaps that are not positive are named", "[gaps]") {
+  CHECK_THROWS_WITH(sphere_on_plane(0), Contains("sphere_on_plane") && Contains("radius is 0"));
+  CHECK_THROWS_WITH(sphere_in_sphere(1, 1), Contains("radius_a - radius_b is 0"));
+  CHECK_THROWS_WITH(box_on_plane({1, -1, 1}), Contains("size is -1"));
+  CHECK_THROWS_WITH(capsule_on_plane(1, not_set), Contains("length is nan"));
+  CHECK_THROWS_WITH(sphere_on_plane(1, {.normal = Vector3::Zero()}), Contains("plane.normal"));
+}
+
+TEST_CASE("check_gap finds a wrong normal, a wrong point and a forgotten time derivative",
+          "[gap][check_gap]") {
+  const auto moving = [](double normal_error, double point_error, double rate) {
+    return Gap([=](const Pose& X_WA, const Pose& X_WB, double t) {
+      const Vector3 n = (X_WB.p - X_WA.p).normalized();
+      const Vector3 shown = (n + normal_error * n.unitOrthogonal()).normalized();
+      return ContactPoint{
+          .gap = (X_WB * Vector3(0.3, 0, 0) - X_WA.p).dot(n) * 0 + (X_WB.p - X_WA.p).norm() - std::sin(t),
+          .normal = shown,
+          .point = X_WB.p + point_error * n.unitOrthogonal(),
+          .gap_t = rate * -std::cos(t)};
+    });
+  };
+  CHECK(check_gap(moving(0, 0, 1)).passed);
+  CHECK_FALSE(check_gap(moving(1e-3, 0, 1)).passed);
+  CHECK_FALSE(check_gap(moving(0, 1e-3, 1)).passed);
+  CHECK_FALSE(check_gap(moving(0, 0, 0)).passed);
+  const Gap broken = [](const Pose&, const Pose&, double) { return ContactPoint{.gap = not_set}; };
+  CHECK_FALSE(check_gap(broken).passed);
+  CHECK_FALSE(check_gap(broken).finite);
+}
+
+TEST_CASE("contact frames are right-handed and follow the documented choice", "[gap]") {
+  CHECK(contact_frame(Vector3::UnitZ()).isApprox((Matrix3() << 0, 1, 0, 0, 0, 1, 1, 0, 0).finished()));
+  for (const Vector3& n :
+       {Vector3(1, 0, 0), Vector3(0.95, 0.3, 0), Vector3(0.2, -0.9, 0.4), Vector3(0, 0, -1)}) {
+    const Matrix3 frame = contact_frame(n.normalized());
+    CHECK((frame.transpose() * frame).isApprox(Matrix3::Identity(), 1e-14));
+    CHECK(frame.determinant() == Approx(1));
+    CHECK(frame.col(0).isApprox(n.normalized()));
+  }
+  CHECK(std::abs(contact_frame(Vector3(0.95, 0.3, 0).normalized())(2, 1)) <
+        1e-16);  // t stays in the xy plane
+  const Matrix3 wished = contact_frame(Vector3::UnitZ(), {1, 1, 5});
+  CHECK(wished.col(1).isApprox(Vector3(1, 1, 0).normalized()));
+  CHECK(contact_frame(Vector3::UnitZ(), {0, 0, 2})
+            .col(1)
+            .isApprox(Vector3::UnitX()));  // a wish along n is none
+}
