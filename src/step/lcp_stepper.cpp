@@ -148,7 +148,8 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
         std::max(answer.speed_scale, std::abs(s.joint_frictions[at(index)].velocity(w.nu_free)));
   }
   for (const int row : island.joint_rows)  // a hinge may turn only because its rows pull
-    answer.speed_scale = std::max(answer.speed_scale, std::abs(s.joint_rows[at(row)].velocity(w.nu_free)));
+    answer.speed_scale = std::max({answer.speed_scale, std::abs(w.joint_bias[row]),
+                                   std::abs(s.joint_rows[at(row)].velocity(w.nu_free))});
   answer.friction_residual =
       std::max(answer.friction_residual, problem.polygonal.friction_residual(z, problem.u));
   for (std::size_t i = 0; i < island.contacts.size(); ++i)
@@ -219,9 +220,12 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
 
   record(model, s, x, *final, w.answer.nu, w.joint_bias, w.active, w.end, w.moved, report);
-  if (std::max(report.residuals.normal, report.residuals.friction) > options_.tolerance * final->speed_scale)
-    return fail(StepStatus::Inexact, "residuals above tolerance " + shortest(options_.tolerance) +
-                                         " of the speed " + shortest(final->speed_scale) + " m/s");
+  const double residual =
+      std::max({report.residuals.normal, report.residuals.friction, report.residuals.joints / request.h});
+  if (!(residual <= options_.tolerance * final->speed_scale))
+    return fail(StepStatus::Inexact, "residual " + shortest(residual) + " m/s is above " +
+                                         shortest(options_.tolerance) + " of the speed " +
+                                         shortest(final->speed_scale) + " m/s");
   report.status = StepStatus::Solved;
   x = w.moved;
   w.start.go_on_from(model, x, w.end);

@@ -144,6 +144,9 @@ bool solve_mixed(const Model& model, const Instant& s, const std::vector<Vector2
     answer.joint_friction[static_cast<int>(i)] = beta[j] - beta[j + 1];
     answer.speed_scale = std::max(answer.speed_scale, std::abs(s.joint_frictions[i].velocity(nu_free)));
   }
+  for (int i = 0; i < nb; ++i)
+    answer.speed_scale =
+        std::max({answer.speed_scale, std::abs(joint_bias[i]), std::abs(W_b.col(i).dot(nu_free))});
   for (int k = 0; k < nd; ++k) {
     const double m = mobility(D.col(k));
     const int g = directions.group[at(k)];
