@@ -78,13 +78,24 @@ TEST_CASE("solve_lcp proves an infeasible LCP to be so, in any units", "[lcp]") 
   CHECK(lcp.b.dot(y) < 0);
 }
 
+TEST_CASE("a certificate of two rows weighs them in the units of the data", "[lcp]") {
+  const auto unit = GENERATE(1e-6, 1e6);
+  Lcp lcp{Matrix(2, 2), Vector(2)};
+  lcp.A << 1, -1, -unit, unit;  // z1 - z2 >= 1 and <= 1/2
+  lcp.b << -1, unit / 2;
+  const LcpSolution solution = solve_lcp(lcp);
+  REQUIRE(solution.status == LcpStatus::NoSolution);
+  CHECK(proves_no_solution(lcp.A, lcp.b, solution.certificate));
+  CHECK(solution.certificate[0] == Approx(unit * solution.certificate[1]));
+}
+
 TEST_CASE("a certificate is refused when any of its three inequalities fails", "[lcp]") {
   Lcp lcp{Matrix(2, 2), Vector(2)};
   lcp.A << -1, 0, 0, 1;
   lcp.b << -1, -1;
   CHECK(proves_no_solution(lcp.A, lcp.b, Vector::Unit(2, 0)));
   CHECK_FALSE(proves_no_solution(lcp.A, lcp.b, Vector::Unit(2, 1)));   // Aᵀ y > 0
-  CHECK_FALSE(proves_no_solution(lcp.A, lcp.b, -Vector::Unit(2, 1)));  // y < 0
+  CHECK_FALSE(proves_no_solution(lcp.A, lcp.b, Vector2(3, -1)));       // y < 0
   CHECK_FALSE(proves_no_solution(lcp.A, -lcp.b, Vector::Unit(2, 0)));  // bᵀ y > 0
   CHECK_FALSE(proves_no_solution(lcp.A, lcp.b, Vector::Zero(2)));
   CHECK_FALSE(proves_no_solution(lcp.A, lcp.b, Vector()));
