@@ -89,6 +89,7 @@ Scene double_pendulum(Parameters&);
 Scene slider_crank(Parameters&);  // scenes_linkages.cpp
 Scene four_bar(Parameters&);
 Scene parallelogram(Parameters&);
+Scene bennett(Parameters&);      // scenes_bennett.cpp
 Scene dzhanibekov(Parameters&);  // scenes_rotation.cpp
 Scene heavy_top(Parameters&);
 Scene free_spin(Parameters&);

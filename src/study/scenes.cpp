@@ -92,6 +92,7 @@ constexpr BuiltIn built_in[] = {
     {"table", table},
     {"four-bar", four_bar},
     {"parallelogram", parallelogram},
+    {"bennett", bennett},
     {"stack", stack},
     {"pile", pile},
     {"free-spin", free_spin},

@@ -136,6 +136,10 @@ TEST_CASE("the exact motion of a four-bar satisfies the equations of motion", "[
   check({.scene = "four-bar", .until = 5, .size = 10});
 }
 
+TEST_CASE("the exact motion of Bennett's linkage satisfies the equations of motion", "[exact]") {
+  check({.scene = "bennett", .until = 5, .size = 10});
+}
+
 TEST_CASE("the exact motion of a double pendulum satisfies the equations of motion", "[exact]") {
   check({.scene = "double-pendulum", .until = 3, .size = 10});
   check({.scene = "double-pendulum", .until = 10, .set = {{"angle1", 0.5}, {"angle2", -0.3}}});
