@@ -4,6 +4,11 @@
 
 namespace perp {
 
+Quaternion unit(const Quaternion& q) {
+  constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
+  return std::abs(q.squaredNorm() - 1) <= rounding ? q : q.normalized();
+}
+
 Quaternion rotation(const Vector3& angle) {
   const double theta = angle.norm();
   const double half = 0.5 * theta;

@@ -5,18 +5,31 @@
 #include "perp/core/errors.hpp"
 
 namespace perp {
+namespace {
+
+/// The numbers of a maker that ends in a pose.
+std::vector<double> numbers(std::initializer_list<double> first, const Pose& pose) {
+  std::vector<double> all(first);
+  for (const double x : pose.p) all.push_back(x);
+  for (const double x : {pose.q.w(), pose.q.x(), pose.q.y(), pose.q.z()}) all.push_back(x);
+  return all;
+}
+
+}  // namespace
 
 PrescribedMotion PrescribedMotion::shaker(const Vector3& amplitude, double rate, double phase,
                                           const Pose& pose) {
-  return {.pose =
-              [=](double t) {
-                return Pose{pose.p + std::sin(rate * t + phase) * amplitude, pose.q};
-              },
-          .twist =
-              [=](double t) {
-                return Twist{rate * std::cos(rate * t + phase) * amplitude, Vector3::Zero()};
-              },
-          .surface = {}};
+  return {
+      .pose =
+          [=](double t) {
+            return Pose{pose.p + std::sin(rate * t + phase) * amplitude, pose.q};
+          },
+      .twist =
+          [=](double t) {
+            return Twist{rate * std::cos(rate * t + phase) * amplitude, Vector3::Zero()};
+          },
+      .surface = {},
+      .recipe = {"shaker", numbers({amplitude.x(), amplitude.y(), amplitude.z(), rate, phase}, pose), {}}};
 }
 
 PrescribedMotion PrescribedMotion::turntable(const Vector3& axis, double rate, const Pose& pose) {
@@ -30,13 +43,15 @@ PrescribedMotion PrescribedMotion::turntable(const Vector3& axis, double rate, c
               [=](double) {
                 return Twist{Vector3::Zero(), w};
               },
-          .surface = {}};
+          .surface = {},
+          .recipe = {"turntable", numbers({axis.x(), axis.y(), axis.z(), rate}, pose), {}}};
 }
 
 PrescribedMotion PrescribedMotion::belt(const Vector3& velocity, const Pose& pose) {
   return {.pose = [=](double) { return pose; },
           .twist = [](double) { return Twist{}; },
-          .surface = [=](double, const Vector3&) { return velocity; }};
+          .surface = [=](double, const Vector3&) { return velocity; },
+          .recipe = {"belt", numbers({velocity.x(), velocity.y(), velocity.z()}, pose), {}}};
 }
 
 }  // namespace perp

@@ -73,6 +73,8 @@ JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X
   g.name = options.name;
   g.a = joint.a;
   g.b = joint.b;
+  g.point = options.point;
+  g.axis = options.axis;
   g.anchor_a = X_WA.inverse() * options.point;
   g.anchor_b = X_WB.inverse() * options.point;
   g.axis_a = in_a(axis);

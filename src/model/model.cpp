@@ -40,7 +40,7 @@ BodyId Model::add(Body body, BodyOptions options, const char* where) {
   const double norm = options.pose.q.norm();
   if (!(norm > 0) || !std::isfinite(norm))
     refuse(where, "pose.q", norm, "needs a quaternion of finite length");
-  options.pose.q.normalize();
+  options.pose.q = unit(options.pose.q);
   body.name = options.name.empty() ? "body " + std::to_string(bodies_.size()) : std::move(options.name);
   for (const Body& other : bodies_)
     if (other.name == body.name) refuse(where, "name", body.name, "is taken already");
@@ -164,10 +164,10 @@ void Model::add_spring(const Spring& spring) {
   changed();
 }
 
-void Model::add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench) {
+void Model::add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench, Recipe recipe) {
   need_index("add_force", "body", body.index, bodies_.size());
   if (!wrench) refuse("add_force", "wrench", "empty", "needs a function");
-  forces_.push_back({body, std::move(wrench)});
+  forces_.push_back({body, std::move(wrench), std::move(recipe)});
   changed();
 }
 

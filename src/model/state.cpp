@@ -48,7 +48,7 @@ void Model::set_orientation(State& x, BodyId id, const Quaternion& q) const {
   const double norm = q.norm();
   if (!(norm > 0) || !std::isfinite(norm)) refuse("set_orientation", "q", norm, "needs a finite length");
   if (b.kind == BodyKind::Spatial) {
-    set(x.q, b.q0, q.normalized());
+    set(x.q, b.q0, unit(q));
   } else if (b.kind == BodyKind::Planar && q.x() == 0 && q.y() == 0) {
     x.q[b.q0 + 2] = about_z(q);
   } else {

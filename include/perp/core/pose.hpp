@@ -25,6 +25,10 @@ struct Twist {
   Vector3 at(const Vector3& r) const { return v + w.cross(r); }
 };
 
+/// q at unit length. One that has it to rounding (8 eps) is returned as it is, so that what was normalised once, printed
+/// and read back keeps its bits.
+[[nodiscard]] Quaternion unit(const Quaternion& q);
+
 /// Rotation by the vector `angle` (axis times radians): the exponential map, exact for a constant rate.
 [[nodiscard]] Quaternion rotation(const Vector3& angle);
 

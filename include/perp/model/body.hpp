@@ -6,6 +6,7 @@
 
 #include "perp/core/pose.hpp"
 #include "perp/model/inertia.hpp"
+#include "perp/model/recipe.hpp"
 
 namespace perp {
 
@@ -33,6 +34,7 @@ struct PrescribedMotion {
   std::function<Pose(double t)> pose;
   std::function<Twist(double t)> twist;
   std::function<Vector3(double t, const Vector3& point)> surface;  ///< empty: none
+  Recipe recipe = {};                                              ///< of those made here
 
   /// amplitude sin(rate t + phase) [m; rad/s; rad] about `pose`.
   static PrescribedMotion shaker(const Vector3& amplitude, double rate, double phase = 0,

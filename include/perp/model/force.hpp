@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "perp/model/body.hpp"
+#include "perp/model/recipe.hpp"
 #include "perp/model/state.hpp"
 
 namespace perp {
@@ -31,6 +32,7 @@ struct Spring {
 struct BodyForce {
   BodyId body;
   std::function<Wrench(const Model&, const State&)> wrench;
+  Recipe recipe = {};
 };
 
 }  // namespace perp

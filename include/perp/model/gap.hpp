@@ -6,6 +6,7 @@
 #include <span>
 
 #include "perp/core/pose.hpp"
+#include "perp/model/recipe.hpp"
 
 namespace perp {
 
@@ -39,6 +40,13 @@ class Gap {
 
   int points() const { return points_; }
 
+  /// How it was made, for gaps that perp brings along.
+  const Recipe& recipe() const { return recipe_; }
+  Gap& made_by(Recipe recipe) {
+    recipe_ = std::move(recipe);
+    return *this;
+  }
+
   /// out has size points().
   void operator()(const Pose& X_WA, const Pose& X_WB, double t, std::span<ContactPoint> out) const {
     evaluate_(X_WA, X_WB, t, out);
@@ -48,6 +56,7 @@ class Gap {
   Gap(int points, Patch evaluate) : points_(points), evaluate_(std::move(evaluate)) {}
   int points_;
   Patch evaluate_;
+  Recipe recipe_;
 };
 
 /// What check_gap found, each the largest over the poses it tried.

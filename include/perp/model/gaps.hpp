@@ -19,6 +19,13 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 [[nodiscard]] Gap sphere_on_plane(double radius, const Plane& plane = {});  ///< sphere about B's origin
 [[nodiscard]] Gap sphere_on_sphere(double radius_a, double radius_b);       ///< both about their origins
 [[nodiscard]] Gap sphere_in_sphere(double radius_a, double radius_b);       ///< B inside the hollow A
+
+/// The nearest point of a box about A's origin, `size` its full edges: a table with edges and corners to fall from.
+[[nodiscard]] Gap sphere_on_box(double radius, const Vector3& size);
+
+/// A point fixed in B, in B's axes: the foot of a table.
+[[nodiscard]] Gap point_on_plane(const Vector3& point, const Plane& plane = {});
+
 [[nodiscard]] Gap capsule_on_plane(double radius, double length,
                                    const Plane& plane = {});                   ///< axis B's z; 2 points
 [[nodiscard]] Gap box_on_plane(const Vector3& size, const Plane& plane = {});  ///< full edges of B; 8 points

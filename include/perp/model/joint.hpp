@@ -55,6 +55,7 @@ struct JointGeometry {
   JointKind kind = JointKind::Fixed;
   std::string name;
   BodyId a, b;
+  Vector3 point, axis;         ///< as asked for: world axes, bodies at rest()
   Vector3 anchor_a, anchor_b;  ///< c_A in A's axes, c_B in B's axes [m]
   Vector3 axis_a;              ///< unit, A's axes
   Vector3 side_a, side_b;  ///< unit, across the axis, parallel at rest: the angle is measured between them

@@ -67,7 +67,7 @@ class Model {
   ContactId add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options = {});
   JointId add_joint(const Joint& joint);
   void add_spring(const Spring& spring);
-  void add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench);
+  void add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench, Recipe recipe = {});
   void set_gravity(const Vector3& g);  ///< [m/s^2], world axes; (0, 0, -9.81) by default
 
   const std::vector<Body>& bodies() const { return bodies_; }  ///< [0] is the ground
