@@ -1,9 +1,326 @@
 #include "perp/io/scene_file.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "io/names.hpp"
+#include "io/scene_gaps.hpp"
+#include "io/scene_motions.hpp"
+#include "io/scene_table.hpp"
+#include "io/scene_words.hpp"
+#include "io/units.hpp"
+#include "perp/core/errors.hpp"
+
 namespace perp {
+namespace {
+
+/// Reads one file into one scene, table by table. What a table lacks is the model's own default.
+class SceneReader {
+ public:
+  SceneReader(const std::string& file, const SceneParameters& set) : set_(set) { source_.file = file; }
+
+  Scene read(const TomlValue& toml) {
+    const SceneTable root(toml, source_);
+    root.allow(
+        {"name", "what", "gravity", "t_end", "parameters", "body", "joint", "spring", "contact", "force"});
+    if (root.has("parameters")) parameters(root.table("parameters"));
+    for (const auto& [name, value] : set_) need_parameter(name);
+    scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
+    if (root.has("what")) scene_.what = root.text("what");
+    scene_.t_end = root.number("t_end", Dimension::Time, scene_.t_end);
+    if (!(scene_.t_end > 0))
+      root.refuse("t_end", "the time " + shortest(scene_.t_end), "needs to be positive [s]");
+    model().set_gravity(root.vector("gravity", Dimension::Acceleration, model().gravity()));
+
+    source_.bodies = {model().body(ground).name};
+    source_.body_of = {{source_.bodies[0], 0}};
+    for (const SceneTable& table : root.tables("body")) body(table);
+    for (const SceneTable& table : root.tables("joint")) joint(table);
+    for (const SceneTable& table : root.tables("spring")) spring(table);
+    for (const SceneTable& table : root.tables("contact")) contact(table);
+    for (const SceneTable& table : root.tables("force")) read_force(table, model());
+    scene_.start = model().rest();
+    for (const SceneTable& table : root.tables("body")) start(table);
+    return std::move(scene_);
+  }
+
+ private:
+  Model& model() { return scene_.model; }
+
+  /// name = value, or name = { value, what }; a value may use the parameters above it.
+  void parameters(const SceneTable& table) {
+    for (const auto& [name, place, value] : table.toml().entries) {
+      const bool fits = !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 &&
+                        name.find('-') == std::string::npos;
+      if (!fits || Expression::reserved(name))
+        refuse_at(source_.file, place, "the parameter '" + name + "'",
+                  "needs a name of letters, digits and '_' that is no function, nor pi or t");
+      SceneParameter parameter;
+      parameter.name = name;
+      const TomlValue* given = &value;
+      if (value.kind == TomlValue::Kind::Table) {
+        const SceneTable described(value, source_);
+        described.allow({"value", "what"});
+        if (!described.has("value"))
+          described.refuse("value", "a parameter without the key 'value'", "needs it");
+        if (described.has("what")) parameter.what = described.text("what");
+        given = &value.find("value")->value;
+      }
+      parameter.value = table.number(*given, Dimension::Any);
+      if (given->kind == TomlValue::Kind::Text)
+        if (const auto quantity = read_quantity(given->text, Dimension::Any))
+          source_.dimensions[name] = quantity->dimension;
+      if (const auto overridden = set_.find(name); overridden != set_.end()) {
+        parameter.value = overridden->second;
+        if (!std::isfinite(parameter.value))
+          refuse(source_.file, name, parameter.value, "needs to be finite");
+      }
+      source_.parameters[name] = parameter.value;
+      scene_.parameters.push_back(std::move(parameter));
+    }
+  }
+
+  void need_parameter(const std::string& name) const {
+    if (source_.parameters.contains(name)) return;
+    std::vector<std::string> known;
+    for (const SceneParameter& parameter : scene_.parameters) known.push_back(parameter.name);
+    refuse(source_.file, "parameter", name,
+           known.empty() ? "the scene has no parameters" : "needs to be " + one_of(known, name));
+  }
+
+  /// Position, and orientation as a quaternion, an axis with an angle, or (in the plane) an angle.
+  Pose pose(const SceneTable& table, const Pose& otherwise, BodyKind kind) const {
+    Pose X = otherwise;
+    X.p = table.vector("position", Dimension::Length, X.p);
+    if (kind == BodyKind::Planar && table.has("angle")) {
+      if (table.has("orientation"))
+        table.refuse("orientation", "an orientation beside an angle", "needs one of the two");
+      const double half = 0.5 * table.number("angle", Dimension::Angle);
+      X.q = Quaternion(std::cos(half), 0, 0, std::sin(half));
+    } else if (table.has("orientation")) {
+      X.q = orientation(table);
+    }
+    return X;
+  }
+
+  Quaternion orientation(const SceneTable& table) const {
+    if (table.toml().find("orientation")->value.kind == TomlValue::Kind::Table) {
+      const SceneTable turn = table.table("orientation");
+      turn.allow({"axis", "angle"});
+      const Vector3 axis = turn.vector("axis", Dimension::None);
+      if (!(axis.norm() > 0)) turn.refuse("axis", "an axis of length 0", "needs a direction");
+      return rotation(turn.number("angle", Dimension::Angle) * axis.normalized());
+    }
+    const std::vector<double> q = table.numbers("orientation", 4, 4, Dimension::None);
+    const Quaternion wxyz(q[0], q[1], q[2], q[3]);
+    if (!(wxyz.norm() > 0))
+      table.refuse("orientation", "a quaternion of length 0", "needs w, x, y, z of a rotation");
+    return unit(wxyz);
+  }
+
+  Inertia inertia(const SceneTable& body) const {
+    const double mass = body.number("mass", Dimension::Mass);
+    const SceneTable table = body.table("inertia");
+    const auto made = [&](auto make) -> Inertia {
+      try {
+        return make();
+      } catch (const std::invalid_argument& error) {
+        (table.concerns(error) ? table : body).refuse(error);
+      }
+    };
+    if (table.has("moments")) {
+      table.allow({"moments"});
+      const Vector3 moments = table.vector("moments", Dimension::Inertia);
+      return made([&] { return Inertia::principal(mass, moments); });
+    }
+    if (table.has("tensor")) {
+      table.allow({"tensor"});
+      const std::vector<Vector3> rows = table.vectors("tensor", 3, Dimension::Inertia);
+      Matrix3 J;
+      for (int i = 0; i < 3; ++i) J.row(i) = rows[static_cast<std::size_t>(i)];
+      return made([&] { return Inertia(mass, J); });
+    }
+    const std::vector<std::string> shapes{"solid_sphere", "hollow_sphere", "box", "cylinder", "ellipsoid"};
+    const auto size = [&](const char* key) { return table.number(key, Dimension::Length); };
+    switch (table.word("shape", shapes)) {
+      case 0: {
+        table.allow({"shape", "radius"});
+        const double radius = size("radius");
+        return made([&] { return Inertia::solid_sphere(mass, radius); });
+      }
+      case 1: {
+        table.allow({"shape", "radius"});
+        const double radius = size("radius");
+        return made([&] { return Inertia::hollow_sphere(mass, radius); });
+      }
+      case 2: {
+        table.allow({"shape", "size"});
+        const Vector3 edges = table.vector("size", Dimension::Length);
+        return made([&] { return Inertia::solid_box(mass, edges); });
+      }
+      case 3: {
+        table.allow({"shape", "radius", "length"});
+        const double radius = size("radius"), length = size("length");
+        return made([&] { return Inertia::solid_cylinder(mass, radius, length); });
+      }
+      default: {
+        table.allow({"shape", "semi_axes"});
+        const Vector3 semi_axes = table.vector("semi_axes", Dimension::Length);
+        return made([&] { return Inertia::solid_ellipsoid(mass, semi_axes); });
+      }
+    }
+  }
+
+  void body(const SceneTable& table) {
+    BodyOptions options;
+    options.name = table.name();
+    const BodyKind kind =
+        scene_words::body_kinds[table.word("kind", scene_words::names(scene_words::body_kinds))].second;
+    switch (kind) {
+      case BodyKind::Spatial: {
+        table.allow({"name", "kind", "mass", "inertia", "position", "orientation", "start", "velocity",
+                     "angular_velocity", "angular_velocity_body"});
+        options.pose = pose(table, {}, kind);
+        const Inertia J = inertia(table);
+        table.placed([&] { return model().add_body(J, options); });
+        break;
+      }
+      case BodyKind::Planar: {
+        table.allow({"name", "kind", "mass", "inertia", "position", "angle", "orientation", "start",
+                     "velocity", "angular_velocity"});
+        options.pose = pose(table, {}, kind);
+        const double mass = table.number("mass", Dimension::Mass),
+                     J = table.number("inertia", Dimension::Inertia);
+        table.placed([&] { return model().add_planar_body(mass, J, options); });
+        break;
+      }
+      case BodyKind::Particle: {
+        table.allow({"name", "kind", "mass", "position", "start", "velocity"});
+        options.pose = pose(table, {}, kind);
+        const double mass = table.number("mass", Dimension::Mass);
+        table.placed([&] { return model().add_particle(mass, options); });
+        break;
+      }
+      default: {
+        table.allow({"name", "kind", "position", "orientation", "motion"});
+        const Pose about = pose(table, {}, kind);
+        PrescribedMotion motion = table.has("motion") ? read_motion(table.table("motion"), about)
+                                                      : PrescribedMotion::belt(Vector3::Zero(), about);
+        table.placed([&] { return model().add_prescribed(std::move(motion), options); });
+      }
+    }
+    source_.bodies.push_back(model().bodies().back().name);
+    source_.body_of[source_.bodies.back()] = static_cast<int>(source_.bodies.size()) - 1;
+  }
+
+  /// Where the body of the table is and how it moves at t = 0. Bodies come in the order of the file.
+  void start(const SceneTable& table) {
+    const BodyId id{++started_};
+    const Body& body = model().body(id);
+    State& x = scene_.start;
+    if (body.kind == BodyKind::Prescribed) return;
+    if (body.kind == BodyKind::Planar && table.has("angle"))
+      x.q[body.q0 + 2] = table.number("angle", Dimension::Angle);
+    if (table.has("start")) {
+      const SceneTable begin = table.table("start");
+      if (body.kind == BodyKind::Spatial) begin.allow({"position", "orientation"});
+      if (body.kind == BodyKind::Planar) begin.allow({"position", "angle"});
+      if (body.kind == BodyKind::Particle) begin.allow({"position"});
+      const Pose X = pose(begin, body.rest, body.kind);
+      begin.placed([&] {
+        model().set_position(x, id, X.p);
+        return 0;
+      });
+      if (begin.has("orientation")) model().set_orientation(x, id, X.q);
+      if (begin.has("angle")) x.q[body.q0 + 2] = begin.number("angle", Dimension::Angle);
+    }
+    const Vector3 v = table.vector("velocity", Dimension::Velocity, Vector3::Zero());
+    Vector3 w = Vector3::Zero();
+    if (body.kind == BodyKind::Planar)
+      w.z() = table.number("angular_velocity", Dimension::Rate, 0);
+    else
+      w = table.vector("angular_velocity", Dimension::Rate, w);
+    table.placed([&] {
+      model().set_velocity(x, id, v, w);
+      return 0;
+    });
+    if (table.has("angular_velocity_body")) {
+      if (table.has("angular_velocity"))
+        table.refuse("angular_velocity_body", "a second angular velocity", "needs one of the two");
+      x.nu.segment<3>(body.v0 + 3) = table.vector("angular_velocity_body", Dimension::Rate);
+    }
+  }
+
+  void joint(const SceneTable& table) {
+    table.allow({"name", "kind", "a", "b", "point", "axis", "friction"});
+    Joint joint;
+    joint.kind =
+        scene_words::joint_kinds[table.word("kind", scene_words::names(scene_words::joint_kinds))].second;
+    joint.a = table.body("a");
+    joint.b = table.body("b");
+    joint.options.name = table.name();
+    joint.options.point = table.vector("point", Dimension::Length, joint.options.point);
+    joint.options.axis = table.vector("axis", Dimension::None, joint.options.axis);
+    const bool slides = joint.kind == JointKind::Prismatic;
+    joint.options.friction = table.number("friction", slides ? Dimension::Force : Dimension::Moment, 0);
+    table.placed([&] { return model().add_joint(joint); });
+  }
+
+  void spring(const SceneTable& table) {
+    table.allow({"a", "b", "point_a", "point_b", "stiffness", "damping", "length"});
+    Spring spring;
+    spring.a = table.body("a");
+    spring.b = table.body("b");
+    spring.point_a = table.vector("point_a", Dimension::Length, spring.point_a);
+    spring.point_b = table.vector("point_b", Dimension::Length, spring.point_b);
+    spring.stiffness = table.number("stiffness", Dimension::Stiffness);
+    spring.damping = table.number("damping", Dimension::Damping, 0);
+    spring.length = table.number("length", Dimension::Length, 0);
+    table.placed([&] {
+      model().add_spring(spring);
+      return 0;
+    });
+  }
+
+  void contact(const SceneTable& table) {
+    table.allow({"name", "a", "b", "gap", "mu", "e", "tangent"});
+    const BodyId a = table.body("a"), b = table.body("b");
+    Gap gap = read_gap(table.table("gap"));
+    ContactOptions options;
+    options.name = table.name();
+    options.mu = table.number("mu", Dimension::None, 0);
+    options.e = table.number("e", Dimension::None, 0);
+    options.tangent = table.vector("tangent", Dimension::None, options.tangent);
+    table.placed([&] { return model().add_contact(a, b, std::move(gap), options); });
+  }
+
+  const SceneParameters& set_;
+  SceneSource source_;
+  Scene scene_;
+  int started_ = 0;
+};
+
+}  // namespace
+
+Scene read_scene(std::string_view text, const std::string& file, const SceneParameters& set) {
+  const TomlValue toml = parse_toml(text, file);
+  return SceneReader(file, set).read(toml);
+}
 
 Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
-  return scene(name_or_file, set);
+  const std::vector<std::string>& names = scene_names();
+  if (std::find(names.begin(), names.end(), name_or_file) != names.end()) return scene(name_or_file, set);
+  const bool path = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml");
+  std::error_code none;
+  if (!path && !std::filesystem::exists(name_or_file, none))
+    refuse("scene", "SCENE", name_or_file, "needs to be a file or " + one_of(names, name_or_file));
+  std::ifstream stream(name_or_file, std::ios::binary);
+  std::ostringstream text;
+  if (!std::filesystem::is_regular_file(name_or_file, none) || !(text << stream.rdbuf()))
+    refuse_at(name_or_file, {}, "a file that cannot be read", "needs a scene file");
+  return read_scene(text.view(), name_or_file, set);
 }
 
 }  // namespace perp

@@ -1,0 +1,112 @@
+#include "io/scene_gaps.hpp"
+
+#include <algorithm>
+
+#include "io/scene_text.hpp"
+
+namespace perp {
+namespace {
+
+/// The arguments of a gap's maker, in its order.
+struct Sizes {
+  const std::vector<double>& x;
+  double number(std::size_t i) const { return x[i]; }
+  Vector3 vector(std::size_t i) const { return {x[i], x[i + 1], x[i + 2]}; }
+  Plane plane(std::size_t i) const { return {vector(i), vector(i + 3)}; }
+};
+
+struct Size {
+  std::string key;
+  std::size_t numbers = 1;             ///< 1 or 3
+  std::vector<double> otherwise = {};  ///< empty: must be given
+};
+using SizeList = std::vector<Size>;
+
+struct GapKind {
+  std::string name;
+  SizeList sizes;
+  Gap (*make)(const Sizes&);
+};
+
+SizeList with_plane(SizeList sizes, const Plane& plane) {
+  const Vector3 &n = plane.normal, &p = plane.point;
+  sizes.push_back({"normal", 3, {n.x(), n.y(), n.z()}});
+  sizes.push_back({"point", 3, {p.x(), p.y(), p.z()}});
+  return sizes;
+}
+
+const std::vector<GapKind>& kinds() {
+  const Plane floor, line = horizontal_line;
+  static const std::vector<GapKind> all = {
+      {"sphere_on_plane", with_plane({{"radius"}}, floor),
+       [](const Sizes& s) { return sphere_on_plane(s.number(0), s.plane(1)); }},
+      {"particle_on_plane", with_plane({}, floor),
+       [](const Sizes& s) { return particle_on_plane(s.plane(0)); }},
+      {"point_on_plane", with_plane({{"foot", 3}}, floor),
+       [](const Sizes& s) { return point_on_plane(s.vector(0), s.plane(3)); }},
+      {"capsule_on_plane", with_plane({{"radius"}, {"length"}}, floor),
+       [](const Sizes& s) { return capsule_on_plane(s.number(0), s.number(1), s.plane(2)); }},
+      {"box_on_plane", with_plane({{"size", 3}}, floor),
+       [](const Sizes& s) { return box_on_plane(s.vector(0), s.plane(3)); }},
+      {"sphere_on_sphere",
+       {{"radius_a"}, {"radius_b"}},
+       [](const Sizes& s) { return sphere_on_sphere(s.number(0), s.number(1)); }},
+      {"sphere_in_sphere",
+       {{"radius_a"}, {"radius_b"}},
+       [](const Sizes& s) { return sphere_in_sphere(s.number(0), s.number(1)); }},
+      {"sphere_on_box",
+       {{"radius"}, {"size", 3}},
+       [](const Sizes& s) { return sphere_on_box(s.number(0), s.vector(1)); }},
+      {"box_on_box",
+       {{"size_a", 3}, {"size_b", 3}},
+       [](const Sizes& s) { return box_on_box(s.vector(0), s.vector(3)); }},
+      {"disc_on_line", with_plane({{"radius"}}, line),
+       [](const Sizes& s) { return disc_on_line(s.number(0), s.plane(1)); }},
+      {"disc_in_circle",
+       {{"radius_circle"}, {"radius_disc"}},
+       [](const Sizes& s) { return disc_in_circle(s.number(0), s.number(1)); }},
+      {"particle_in_circle", {{"radius"}}, [](const Sizes& s) { return particle_in_circle(s.number(0)); }},
+      {"box_on_line", with_plane({{"width"}, {"height"}}, line),
+       [](const Sizes& s) { return box_on_line(s.number(0), s.number(1), s.plane(2)); }},
+  };
+  return all;
+}
+
+}  // namespace
+
+Gap read_gap(const SceneTable& table) {
+  std::vector<std::string> names, keys{"kind"};
+  for (const GapKind& kind : kinds()) names.push_back(kind.name);
+  const GapKind& kind = kinds()[table.word("kind", names)];
+  for (const Size& size : kind.sizes) keys.push_back(size.key);
+  table.allow(keys);
+  std::vector<double> x;
+  for (const Size& size : kind.sizes) {
+    if (!table.has(size.key) && !size.otherwise.empty()) {
+      x.insert(x.end(), size.otherwise.begin(), size.otherwise.end());
+    } else if (size.numbers == 1) {
+      x.push_back(table.number(size.key, Dimension::Length));
+    } else {
+      const Vector3 v = table.vector(size.key, size.key == "normal" ? Dimension::None : Dimension::Length);
+      x.insert(x.end(), v.begin(), v.end());
+    }
+  }
+  return table.placed([&] { return kind.make({x}); });
+}
+
+std::string write_gap(const Recipe& recipe) {
+  const auto kind =
+      std::find_if(kinds().begin(), kinds().end(), [&](const GapKind& k) { return k.name == recipe.maker; });
+  InlineTable table;
+  table.add("kind", in_quotes(recipe.maker));
+  std::size_t at = 0;
+  for (const Size& size : kind->sizes) {
+    const std::span<const double> numbers(recipe.numbers.data() + at, size.numbers);
+    if (!std::equal(numbers.begin(), numbers.end(), size.otherwise.begin(), size.otherwise.end(), same_bits))
+      table.add(size.key, written(numbers));
+    at += size.numbers;
+  }
+  return table.text();
+}
+
+}  // namespace perp
