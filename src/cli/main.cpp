@@ -17,10 +17,11 @@ int complain(const char* what, ExitStatus status) {
 int run(int argc, char** argv) {
   CLI::App app{"Rigid bodies with joints and dry friction as complementarity problems", "perp"};
   app.set_version_flag("--version", std::string("perp ") + version);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   int status = Done;
   add_run_command(app, status);
   add_scenes_command(app, status);
+  add_check_command(app, status);
   add_methods_command(app, status);
   add_solve_command(app, status);
   try {
@@ -34,6 +35,8 @@ int run(int argc, char** argv) {
   } catch (const std::exception& error) {
     return complain(error.what(), InternalError);
   }
+  if (app.get_subcommands().empty())
+    return complain("a command is required; perp --help lists them", BadInput);
   if (std::fflush(stdout) != 0) return complain("standard output could not be written", InternalError);
   return status;
 }
