@@ -32,7 +32,14 @@
 #include "perp/step/stepper.hpp"
 #include "perp/step/trajectory.hpp"
 
+#include "perp/study/convergence.hpp"
+#include "perp/study/cpu_time.hpp"
+#include "perp/study/error_measure.hpp"
+#include "perp/study/observed_order.hpp"
 #include "perp/study/scene.hpp"
+#include "perp/study/work_precision.hpp"
 
+#include "perp/io/chart.hpp"
 #include "perp/io/csv_file.hpp"
 #include "perp/io/run_files.hpp"
+#include "perp/io/study_files.hpp"

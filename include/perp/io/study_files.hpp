@@ -1,0 +1,30 @@
+// A study as tables and charts: study.csv, orders.csv, error against step, error against CPU time.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "perp/io/chart.hpp"
+#include "perp/study/convergence.hpp"
+
+namespace perp {
+
+/// study.csv: scene,method,parameter,h,rtol,error_q,error_v,seconds,steps,iterations,failed,error_limit,message; a row a run,
+/// StudyRun says what each is. Appears whole or not at all; throws like CsvFile.
+void write_study_csv(const std::filesystem::path& path, const std::vector<ConvergenceTable>& tables);
+
+/// orders.csv: scene,method,parameter,reference,order,order_v,points,expected,failed,note; a row an OrderRow. Orders that errors do
+/// not show are empty, and the note says why.
+void write_orders_csv(const std::filesystem::path& path, const std::vector<ConvergenceTable>& tables);
+
+/// What a row has to say besides its numbers: why there is no order, which runs failed.
+[[nodiscard]] std::string note_of(const OrderRow& row);
+
+/// Error in configuration over the step h, a line a method; dashed where it is against the method's own limit, and dotted
+/// where the method stays away from the exact motion; a triangle for each order expected; a cross for a run that failed.
+[[nodiscard]] Chart convergence_chart(const ConvergenceTable& table);
+
+/// Error in configuration over CPU seconds, a line a method.
+[[nodiscard]] Chart work_chart(const ConvergenceTable& table);
+
+}  // namespace perp

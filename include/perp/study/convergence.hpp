@@ -1,0 +1,130 @@
+// Convergence studies: one scene, some methods, a ladder of steps; errors, costs, observed orders.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "perp/study/cpu_time.hpp"
+#include "perp/study/error_measure.hpp"
+#include "perp/study/observed_order.hpp"
+#include "perp/study/scene.hpp"
+
+namespace perp {
+
+/// What error_v measures; doc/studies.md has the formulas.
+enum class VelocityMeasure {
+  AtEnd,  ///< velocity_error at T: for T away from impacts
+  L1,     ///< l1_distance over the whole run
+  Graph  ///< graph_distance over the whole run, a second counting as the largest velocity over the run's length
+};
+
+/// One run of a study: n equal steps of a method from the start to T. A row of study.csv.
+struct StudyRun {
+  std::string method;          ///< Stepper::name
+  std::string parameter = {};  ///< "edges=8", or empty
+  int level = 0;               ///< in the study's steps
+  int n = 0;                   ///< steps from the start to T
+  double h = not_set;          ///< [s] (T - start)/n
+  double rtol = not_set;       ///< of methods that choose their steps
+  double error_q = not_set;    ///< configuration_error at T; NaN of a run that failed or without a reference
+  double error_v = not_set;    ///< by the study's measure
+  double error_limit = not_set;  ///< configuration_error against the method's own limit, where one is formed
+  double seconds = not_set;      ///< CPU time, best of repeats
+  int steps = 0;                 ///< that advanced: n unless a step failed
+  double iterations = 0;         ///< of the solvers, all steps
+  int failed = 0;                ///< steps that did not reach their tolerance: the run ends at the first
+  std::string message = {};      ///< of that step
+  State end = {};                ///< where it came to at T; empty if it failed
+};
+
+/// What a method's errors converge to.
+enum class OrderReference {
+  Exact,  ///< the scene's exact motion
+  Limit  ///< the method's own answers as h goes to 0, from its two smallest steps, which are then left out of the fit
+};
+
+[[nodiscard]] std::string_view name_of(OrderReference reference);  ///< "exact", "limit"
+
+/// A row of orders.csv.
+struct OrderRow {
+  std::string method, parameter;
+  OrderReference reference = OrderReference::Exact;
+  ObservedOrder q, v;         ///< of error_q (or error_limit), of error_v
+  double expected = not_set;  ///< what theory says of q; NaN where errors do not go to zero
+  int failed = 0;             ///< runs that failed
+};
+
+/// All runs of one scene, with the orders that they show.
+struct ConvergenceTable {
+  std::string scene;
+  std::vector<StudyRun> runs;    ///< in the order of methods, levels, step counts
+  std::vector<OrderRow> orders;  ///< in the order of methods; exact before limit
+
+  /// The order of `method` in configuration that is to be compared with `expected`; NaN if it shows none. With `parameter`
+  /// ("edges=8") where the method is there more than once. Throws std::invalid_argument for one that is not.
+  double order(std::string_view method, std::string_view parameter = {}) const;
+  int failed() const;  ///< runs that failed
+
+  /// study.csv. Defined on the floor `io`.
+  void write_csv(const std::filesystem::path& path) const;
+};
+
+/// Runs every method over every step. The reference is the scene's exact motion where it is known. A method with a friction
+/// polygon whose vertices miss a direction of the exact friction does not tend to it: it is also held against its own limit.
+struct ConvergenceStudy {
+  Scene scene;
+  double t_end = not_set;  ///< [s]; the scene's own if not set
+  std::vector<double> steps =
+      {};  ///< [s], in any order; a run takes n = max(1, round((T - start)/h)) of them; empty: ladder()
+  int envelope = 1;  ///< runs a level: their n spread over [n, 1.25 n]; its error is the largest
+  VelocityMeasure velocity = VelocityMeasure::AtEnd;
+  TimingOptions timing = {.spend = 0};  ///< of each run; by default once
+
+  /// Runs in the order of the table. Throws std::invalid_argument for a null stepper or options it cannot take; a step that
+  /// fails is a row of the table.
+  [[nodiscard]] ConvergenceTable run(const std::vector<Stepper*>& methods) const;
+};
+
+/// The parts of a study, for those who run it in an order of their own.
+class ScenePlan {
+ public:
+  explicit ScenePlan(const ConvergenceStudy& study);
+
+  double t_end() const { return t_end_; }
+  const Scene& scene() const { return study_.scene; }
+  /// The run numbers of each level.
+  const std::vector<std::vector<int>>& counts() const { return counts_; }
+
+  /// One run with its errors against the exact motion. Threads may call it at once, each with a stepper of its own.
+  [[nodiscard]] StudyRun run(Stepper& stepper, int level, int n) const;
+
+  /// Limits, errors against them, and orders. `runs` has the runs of each method together; some may be missing.
+  [[nodiscard]] ConvergenceTable tabulate(std::vector<StudyRun> runs,
+                                          const std::vector<Stepper*>& methods) const;
+
+ private:
+  void add_orders(const Stepper& method, std::vector<StudyRun*> runs, ConvergenceTable& table) const;
+
+  ConvergenceStudy study_;
+  double t_end_ = 0;
+  std::vector<std::vector<int>> counts_;
+  std::optional<State> exact_;                  ///< at T
+  std::optional<VelocityPath> exact_velocity_;  ///< for norms over time
+};
+
+/// "edges=8" of a polygonal method, else empty.
+[[nodiscard]] std::string parameter_of(const Stepper& stepper);
+
+/// The order that theory gives `method` in configuration on the scene of that name: the method's own, but for motions on
+/// which its leading error term vanishes.
+[[nodiscard]] double expected_order(std::string_view scene, const Stepper& method);
+
+/// Whether friction of the exact motion up to t_end is always along a vertex of the polygon with `edges` edges, which then
+/// is exact. True for planar contacts.
+[[nodiscard]] bool polygon_is_exact(const Scene& scene, int edges, double t_end);
+
+}  // namespace perp

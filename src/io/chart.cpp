@@ -1,0 +1,237 @@
+#include "perp/io/chart.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "perp/core/errors.hpp"
+#include "perp/io/csv_file.hpp"
+
+extern char** environ;
+
+namespace perp {
+namespace {
+
+constexpr std::array colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222"};
+constexpr std::array marks{7, 5, 9, 13, 11, 6, 4, 8, 12, 10};  // gnuplot's point types, the filled ones first
+
+bool drawable(double x) { return x > 0 && std::isfinite(x); }
+
+/// Decades from a little below the least to a little above the largest value.
+struct Range {
+  double low = infinity, high = 0;
+
+  void add(double x) {
+    if (!drawable(x)) return;
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  bool empty() const { return !(low <= high); }
+  void widen(double below, double above) {
+    if (empty()) low = high = 1;
+    low /= below;
+    high *= above;
+  }
+  std::string text() const { return "[" + shortest(low) + ":" + shortest(high) + "]"; }
+};
+
+/// As a gnuplot string in double quotes, its special letters as they are.
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (std::string_view("_^{}@&~").find(c) != std::string_view::npos) result += "\\\\";
+    if (c == '"' || c == '\\') result += '\\';
+    result += c == '\n' ? ' ' : c;
+  }
+  return result + "\"";
+}
+
+void write_data(const Chart& chart, const std::filesystem::path& path) {
+  std::vector<std::string> header;
+  std::size_t rows = 0;
+  for (const ChartLine& line : chart.lines) {
+    const std::string label = line.label.empty() ? "" : line.label + ": ";
+    header.push_back(label + chart.x_label);
+    header.push_back(label + chart.y_label);
+    rows = std::max(rows, line.x.size());
+  }
+  CsvFile csv(path, header);
+  for (std::size_t i = 0; i < rows; ++i) {
+    for (const ChartLine& line : chart.lines) {
+      const bool there = i < line.x.size() && drawable(line.x[i]) && drawable(line.y[i]);
+      csv.cell(there ? line.x[i] : not_set).cell(there ? line.y[i] : not_set);
+    }
+    csv.end_row();
+  }
+  csv.finish();
+}
+
+/// y of a line at x, between its points in logarithms; NaN outside of them.
+double height(const ChartLine& line, double x) {
+  std::vector<std::array<double, 2>> points;
+  for (std::size_t i = 0; i < line.x.size(); ++i)
+    if (drawable(line.x[i]) && drawable(line.y[i]))
+      points.push_back({std::log(line.x[i]), std::log(line.y[i])});
+  std::sort(points.begin(), points.end());
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const auto [x0, y0] = points[i - 1];
+    const auto [x1, y1] = points[i];
+    if (x1 > x0 && std::log(x) >= x0 && std::log(x) <= x1)
+      return std::exp(y0 + (y1 - y0) * (std::log(x) - x0) / (x1 - x0));
+  }
+  return not_set;
+}
+
+/// A right triangle of order p under the middle of a line: its base a factor of 4 in x.
+std::array<std::array<double, 2>, 3> triangle(const ChartLine& line, double order) {
+  Range x;
+  for (std::size_t i = 0; i < line.x.size(); ++i)
+    if (drawable(line.y[i])) x.add(line.x[i]);
+  const double middle = std::sqrt(x.low * x.high), base = std::min(4.0, std::sqrt(x.high / x.low));
+  const double left = middle / std::sqrt(base), right = middle * std::sqrt(base);
+  const double bottom = 0.4 * std::min(height(line, left), height(line, right) / std::pow(base, order));
+  return {{{left, bottom}, {right, bottom}, {right, bottom * std::pow(base, order)}}};
+}
+
+std::string script(const Chart& chart, const std::string& name) {
+  Range x, y;
+  for (const ChartLine& line : chart.lines) {
+    for (std::size_t i = 0; i < line.x.size(); ++i)
+      if (drawable(line.x[i]) && drawable(line.y[i])) x.add(line.x[i]), y.add(line.y[i]);
+    for (const double at : line.missing) x.add(at);
+  }
+  for (const ChartFloor& floor : chart.floors) y.add(floor.y);
+
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  int objects = 0;
+  std::ostringstream shapes;
+  shapes.imbue(std::locale::classic());
+  for (const ChartSlope& slope : chart.slopes) {
+    const auto corners = triangle(chart.lines.at(slope.line), slope.order);
+    if (!drawable(corners[0][1])) continue;
+    y.add(corners[0][1]);
+    ++objects;
+    shapes << "set object " << objects << " polygon";
+    for (const std::size_t corner : {0U, 1U, 2U, 0U})
+      shapes << (corner == 0 && shapes.str().back() == 'n' ? " from " : " to ")
+             << shortest(corners[corner][0]) << "," << shortest(corners[corner][1]);
+    shapes << " fillstyle solid 0.25 border linecolor \"#888888\" fillcolor \"#bbbbbb\" back\n";
+    shapes << "set label " << objects << " \"" << shortest(slope.order) << "\" at "
+           << shortest(corners[1][0] * 1.06) << "," << shortest(std::sqrt(corners[1][1] * corners[2][1]))
+           << " left textcolor \"#666666\" font \",14\"\n";
+  }
+  x.widen(1.4, 1.4);
+  y.widen(2, 2.5);
+
+  out << "# Draws " << name << ".svg from " << name << ".csv:  gnuplot " << name << ".gnuplot\n"
+      << "set terminal svg size 900,560 dynamic enhanced font \"Helvetica,16\" background \"white\" name \""
+      << name << "\"\n"
+      << "set output \"" << name << ".svg\"\n"
+      << "set datafile separator \",\"\n"
+      << "set logscale xy\n"
+      << "set format xy \"10^{%T}\"\n"
+      << "set border 3 linecolor \"#666666\"\n"
+      << "set tics nomirror out textcolor \"#333333\"\n"
+      << "set mxtics 10\nset mytics 10\n"
+      << "set grid xtics ytics linecolor \"#dddddd\" linetype 1 linewidth 0.7\n"
+      << "set key outside right center spacing 1.3 samplen 2.5 Left reverse textcolor \"#333333\"\n"
+      << "set title " << quoted(chart.title) << "\n"
+      << "set xlabel " << quoted(chart.x_label) << "\n"
+      << "set ylabel " << quoted(chart.y_label) << "\n"
+      << "set xrange " << x.text() << "\nset yrange " << y.text() << "\n"
+      << shapes.str();
+  int label = objects;
+  for (const ChartFloor& floor : chart.floors) {
+    char value[32];
+    std::snprintf(value, sizeof value, "%.2g", floor.y);
+    const std::string at = shortest(floor.y);
+    ++label;
+    out << "set arrow from graph 0, first " << at << " to graph 1, first " << at << " nohead linecolor \""
+        << palette(floor.colour) << "\" linewidth 1.2 dashtype 3 back\n"
+        << "set label " << label << " \"" << value << "\" at graph 0.01, first " << at
+        << " left offset 0,0.5 textcolor \"" << palette(floor.colour) << "\" font \",13\"\n";
+  }
+  for (const ChartLine& line : chart.lines)
+    for (const double at : line.missing) {
+      if (!drawable(at)) continue;
+      ++label;
+      out << "set label " << label << " \"\" at first " << shortest(at)
+          << ", graph 0.97 point pointtype 2 pointsize 1.1 linewidth 2.5 linecolor \"" << palette(line.colour)
+          << "\"\n";
+    }
+
+  const char* separator = "plot ";
+  for (std::size_t i = 0; i < chart.lines.size(); ++i) {
+    const ChartLine& line = chart.lines[i];
+    out << separator;
+    if (line.x.empty())
+      out << "keyentry";
+    else
+      out << "\"" << name << ".csv\" using " << 2 * i + 1 << ":" << 2 * i + 2;
+    if (line.dashed)
+      out << " with lines linewidth 1.4 dashtype 2";
+    else
+      out << " with linespoints linewidth 2.2 pointsize 0.8 pointtype "
+          << marks[static_cast<std::size_t>(line.colour) % marks.size()];
+    out << " linecolor \"" << palette(line.colour) << "\"";
+    line.label.empty() ? out << " notitle" : out << " title " << quoted(line.label);
+    separator = ", \\\n     ";
+  }
+  if (chart.lines.empty()) out << "plot 1/0 notitle";
+  out << "\n";
+  return out.str();
+}
+
+/// Runs gnuplot on a script in a folder. Empty, or what went wrong.
+std::string draw(const std::filesystem::path& folder, const std::string& script_name) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+  std::string program = "gnuplot", argument = script_name;
+  std::array<char*, 3> arguments{program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  const int failed = posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed) return "gnuplot is not installed";
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return "gnuplot is not installed";
+  return status == 0 ? "" : "gnuplot failed on " + (folder / script_name).string();
+}
+
+}  // namespace
+
+std::string palette(int colour) { return colours[static_cast<std::size_t>(colour) % colours.size()]; }
+
+std::string write_chart(const Chart& chart, const std::filesystem::path& folder, const std::string& name) {
+  const bool plain =
+      !name.empty() && name.front() != '.' && std::all_of(name.begin(), name.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+               c == '_' || c == '.';
+      });
+  if (!plain) refuse("write_chart", "name", name, "needs letters, digits, '-', '_' and '.' alone");
+  for (const ChartLine& line : chart.lines)
+    if (line.x.size() != line.y.size()) refuse("write_chart", "line", line.label, "needs as many x as y");
+  write_data(chart, folder / (name + ".csv"));
+  const std::filesystem::path script_path = folder / (name + ".gnuplot"), picture = folder / (name + ".svg");
+  std::ofstream file(script_path, std::ios::binary);
+  file << script(chart, name);
+  file.close();
+  if (!file) refuse("write_chart", "file", script_path.string(), "needs to be a file that can be written");
+  std::error_code none_there;
+  std::filesystem::remove(picture, none_there);
+  const std::string failed = draw(folder, name + ".gnuplot");
+  if (!failed.empty()) std::filesystem::remove(picture, none_there);
+  return failed;
+}
+
+}  // namespace perp

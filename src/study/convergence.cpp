@@ -1,0 +1,239 @@
+#include "perp/study/convergence.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "perp/core/errors.hpp"
+#include "perp/step/simulate.hpp"
+
+namespace perp {
+namespace {
+
+/// n of each level: that of the step, or `envelope` of them spread over [n, 1.25 n].
+std::vector<std::vector<int>> run_numbers(double length, const std::vector<double>& steps, int envelope) {
+  std::vector<std::vector<int>> levels;
+  for (const double h : steps) {
+    if (!(h > 0) || !std::isfinite(h)) refuse("ConvergenceStudy", "steps", h, "needs to be positive [s]");
+    const double n = std::max(1.0, std::round(length / h));
+    if (n > 1e9) refuse("ConvergenceStudy", "steps", h, "needs more than 1e9 steps to t_end");
+    std::set<int> counts;
+    for (int i = 0; i < envelope; ++i)
+      counts.insert(static_cast<int>(envelope == 1 ? n : n + std::floor(n * i / (4.0 * (envelope - 1)))));
+    levels.emplace_back(counts.begin(), counts.end());
+  }
+  return levels;
+}
+
+/// What n steps of rounding may add up to: one unit in the last place of the largest coordinate (or velocity) each.
+double round_off(int n, const Vector& start, const Vector& end) {
+  double scale = 0;
+  for (const Vector* x : {&start, &end})
+    if (x->size() > 0) scale = std::max(scale, x->lpNorm<Eigen::Infinity>());
+  return n * std::numeric_limits<double>::epsilon() * scale;
+}
+
+/// The errors of a level are the largest of its runs; one that failed leaves none.
+double largest_or_nan(double a, double b) {
+  return std::isnan(a) || std::isnan(b) ? not_set : std::max(a, b);
+}
+
+struct LevelErrors {
+  int n = 0;  // the least of the level
+  double h = 0, q = 0, v = 0;
+  double q_limit = 0, v_limit = 0;
+};
+
+}  // namespace
+
+std::string_view name_of(OrderReference reference) {
+  return reference == OrderReference::Exact ? "exact" : "limit";
+}
+
+std::string parameter_of(const Stepper& stepper) {
+  return stepper.edges() > 0 ? "edges=" + std::to_string(stepper.edges()) : "";
+}
+
+double expected_order(std::string_view scene, const Stepper& method) {
+  struct Exception {
+    std::string_view scene, method;
+    double order;
+  };
+  static constexpr std::array exceptions{
+      // a straight step ends outside the circle by h^2 v^2/(2R), and the next is turned inwards by as much
+      Exception{"bead-in-ring", "lcp", 2},
+      // gap rows of the step's start put the velocity half a step ahead, which the flight makes up for
+      Exception{"shaker", "lcp", 2},
+  };
+  for (const Exception& e : exceptions)
+    if (e.scene == scene && e.method == method.name()) return e.order;
+  return method.order();
+}
+
+double ConvergenceTable::order(std::string_view method, std::string_view wanted) const {
+  const OrderRow* found = nullptr;
+  for (const OrderRow& row : orders)
+    if (row.method == method && (wanted.empty() || row.parameter == wanted) &&
+        (found == nullptr || found->parameter == row.parameter))
+      found = &row;  // limit comes after exact
+  if (found == nullptr) refuse("ConvergenceTable::order", "method", method, "needs to be one of the study");
+  return found->q.order;
+}
+
+int ConvergenceTable::failed() const {
+  return static_cast<int>(
+      std::count_if(runs.begin(), runs.end(), [](const StudyRun& r) { return r.failed; }));
+}
+
+ScenePlan::ScenePlan(const ConvergenceStudy& study) : study_(study) {
+  const Scene& s = study_.scene;
+  t_end_ = std::isnan(study.t_end) ? s.t_end : study.t_end;
+  if (!(t_end_ > s.start.t) || !std::isfinite(t_end_))
+    refuse("ConvergenceStudy", "t_end", t_end_, "needs to be past the start at " + shortest(s.start.t));
+  if (study.envelope < 1)
+    refuse("ConvergenceStudy", "envelope", static_cast<double>(study.envelope), "needs to be at least 1");
+  if (study_.steps.empty()) study_.steps = ladder(t_end_ - s.start.t);
+  counts_ = run_numbers(t_end_ - s.start.t, study_.steps, study.envelope);
+
+  if (!s.exact) return;
+  State end = s.exact(t_end_);
+  if (!end.q.allFinite() || !end.nu.allFinite()) return;  // not known so far
+  exact_ = std::move(end);
+  if (study.velocity != VelocityMeasure::AtEnd)
+    exact_velocity_ = velocity_path(s.model, s.exact, s.start.t, t_end_);
+}
+
+StudyRun ScenePlan::run(Stepper& stepper, int level, int n) const {
+  const Scene& s = study_.scene;
+  const double length = t_end_ - s.start.t;
+  StudyRun result{.method = std::string(stepper.name()), .parameter = parameter_of(stepper), .level = level};
+  result.n = n;
+  result.h = length / n;
+  Trajectory run;
+  const auto compute = [&] {
+    try {
+      run = simulate(s.model, stepper, s.start, {.t_end = t_end_, .h = result.h});
+    } catch (const StepFailure& failure) {
+      run = failure.trajectory;
+      result.failed = 1;
+      result.message = failure.what();
+    }
+  };
+  result.seconds = best_cpu_seconds(compute, study_.timing);
+  result.steps = static_cast<int>(run.steps());
+  for (std::size_t i = 0; i < run.steps(); ++i) result.iterations += run.figures(i).iterations;
+  if (result.failed) return result;
+
+  result.end = run.back();
+  if (!exact_) return result;
+  result.error_q = configuration_error(s.model, result.end, *exact_);
+  if (study_.velocity == VelocityMeasure::AtEnd) {
+    result.error_v = velocity_error(s.model, result.end, *exact_);
+    return result;
+  }
+  const VelocityPath path = velocity_path(s.model, run);
+  result.error_v =
+      study_.velocity == VelocityMeasure::L1
+          ? l1_distance(path, *exact_velocity_)
+          : graph_distance(path, *exact_velocity_, exact_velocity_->v.cwiseAbs().maxCoeff() / length);
+  return result;
+}
+
+ConvergenceTable ScenePlan::tabulate(std::vector<StudyRun> runs, const std::vector<Stepper*>& methods) const {
+  ConvergenceTable table{.scene = study_.scene.name, .runs = std::move(runs), .orders = {}};
+  for (const Stepper* method : methods) {
+    std::vector<StudyRun*> own;
+    for (StudyRun& run : table.runs)
+      if (run.method == method->name() && run.parameter == parameter_of(*method)) own.push_back(&run);
+    add_orders(*method, own, table);
+  }
+  return table;
+}
+
+void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
+                           ConvergenceTable& table) const {
+  const Model& model = study_.scene.model;
+  const double length = t_end_ - study_.scene.start.t;
+  const bool tends_to_exact =
+      exact_ && (method.edges() == 0 || polygon_is_exact(study_.scene, method.edges(), t_end_));
+
+  // the two levels of the smallest steps that have an answer, and what they tend to
+  const StudyRun *fine = nullptr, *coarse = nullptr;
+  const auto by_n = [](const StudyRun* a, const StudyRun* b) { return a->n < b->n; };
+  std::vector<StudyRun*> answered;
+  for (std::size_t level = 0; level < counts_.size() && !tends_to_exact; ++level)
+    for (StudyRun* run : runs)
+      if (run->level == static_cast<int>(level) && run->n == counts_[level].front() && !run->failed)
+        answered.push_back(run);
+  std::sort(answered.begin(), answered.end(), by_n);
+  for (auto run = answered.rbegin(); run != answered.rend() && coarse == nullptr; ++run)
+    if (fine == nullptr)
+      fine = *run;
+    else if ((*run)->n < fine->n)
+      coarse = *run;
+  std::optional<State> limit;
+  if (coarse != nullptr)
+    limit = extrapolated(model, coarse->end, fine->end, double(fine->n) / coarse->n, method.order());
+  for (StudyRun* run : runs) {
+    if (!limit || run->failed) continue;
+    run->error_limit = configuration_error(model, run->end, *limit);
+    if (exact_) continue;
+    run->error_q = run->error_limit;
+    run->error_v = velocity_error(model, run->end, *limit);
+  }
+
+  std::vector<LevelErrors> levels;
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    LevelErrors level{.n = counts_[i].front(), .h = length / counts_[i].front()};
+    bool any = false;
+    for (const StudyRun* run : runs) {
+      if (run->level != static_cast<int>(i)) continue;
+      any = true;
+      level.q = largest_or_nan(level.q, run->error_q);
+      level.v = largest_or_nan(level.v, run->error_v);
+      level.q_limit = largest_or_nan(level.q_limit, run->error_limit);
+      const bool known = limit && !run->failed;
+      level.v_limit =
+          largest_or_nan(level.v_limit, known ? velocity_error(model, run->end, *limit) : not_set);
+    }
+    if (any) levels.push_back(level);
+  }
+
+  const State& start = study_.scene.start;
+  const State& end = exact_ ? *exact_ : limit ? *limit : start;
+  const auto row = [&](OrderReference reference) {
+    OrderRow result{.method = std::string(method.name()), .parameter = parameter_of(method)};
+    result.reference = reference;
+    const bool to_limit = reference == OrderReference::Limit;
+    if (to_limit || tends_to_exact) result.expected = expected_order(study_.scene.name, method);
+    std::vector<double> h, q, v, q_rounding, v_rounding;
+    for (const LevelErrors& level : levels) {
+      if (to_limit && limit && level.n >= coarse->n) continue;  // the limit was made of them
+      h.push_back(level.h);
+      q.push_back(to_limit ? level.q_limit : level.q);
+      v.push_back(to_limit ? level.v_limit : level.v);
+      q_rounding.push_back(round_off(level.n, start.q, end.q));
+      v_rounding.push_back(round_off(level.n, start.nu, end.nu));
+    }
+    result.q = observed_order(h, q, q_rounding);
+    result.v = observed_order(h, v, v_rounding);
+    for (const StudyRun* run : runs) result.failed += run->failed;
+    return result;
+  };
+  if (exact_) table.orders.push_back(row(OrderReference::Exact));
+  if (!tends_to_exact) table.orders.push_back(row(OrderReference::Limit));
+}
+
+ConvergenceTable ConvergenceStudy::run(const std::vector<Stepper*>& methods) const {
+  const ScenePlan plan(*this);
+  std::vector<StudyRun> runs;
+  for (Stepper* method : methods) {
+    if (method == nullptr) refuse("ConvergenceStudy::run", "methods", "null", "needs steppers");
+    for (std::size_t level = 0; level < plan.counts().size(); ++level)
+      for (const int n : plan.counts()[level]) runs.push_back(plan.run(*method, static_cast<int>(level), n));
+  }
+  return plan.tabulate(std::move(runs), methods);
+}
+
+}  // namespace perp
