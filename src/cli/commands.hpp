@@ -17,6 +17,7 @@ enum ExitStatus {
 // leaves in `status` how it ended; it throws as the library does.
 void add_run_command(CLI::App& perp, int& status);
 void add_scenes_command(CLI::App& perp, int& status);
+void add_check_command(CLI::App& perp, int& status);
 void add_methods_command(CLI::App& perp, int& status);
 void add_solve_command(CLI::App& perp, int& status);
 

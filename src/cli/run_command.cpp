@@ -1,6 +1,5 @@
 // perp run: one scene under one method, its motion into files.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -8,11 +7,12 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/parameters.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/run_files.hpp"
+#include "perp/io/scene_file.hpp"
 #include "perp/step/methods.hpp"
 #include "perp/step/simulate.hpp"
-#include "perp/study/scene.hpp"
 
 namespace perp {
 namespace {
@@ -24,25 +24,6 @@ struct RunArguments {
   MethodOptions method_options;
   std::vector<std::string> set;
 };
-
-/// KEY=VALUE pairs as parameters of a scene.
-SceneParameters read_parameters(const std::vector<std::string>& pairs) {
-  SceneParameters parameters;
-  for (const std::string& pair : pairs) {
-    const std::size_t equals = pair.find('=');
-    double value = 0;
-    const char* const end = pair.data() + pair.size();
-    const char* const begin = equals == std::string::npos ? end : pair.data() + equals + 1;
-    const auto read = std::from_chars(begin, end, value);
-    if (equals == 0 || begin == end || read.ec != std::errc() || read.ptr != end) {
-      refuse("perp run", "--set", pair, "needs to be KEY=VALUE with a number for VALUE");
-    }
-    if (!parameters.emplace(pair.substr(0, equals), value).second) {
-      refuse("perp run", "--set", pair, "needs to be given once for each KEY");
-    }
-  }
-  return parameters;
-}
 
 /// What the user looks at first: how far it came, how well the steps' equations hold, what did not go into them.
 void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run, const std::string& folder) {
@@ -61,7 +42,7 @@ void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run
 }
 
 int run_scene(const RunArguments& arguments) {
-  const Scene s = scene(arguments.scene, read_parameters(arguments.set));
+  const Scene s = load_scene(arguments.scene, read_parameters("perp run", arguments.set));
   const std::unique_ptr<Stepper> stepper = make_stepper(arguments.method, arguments.method_options);
   const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
   try {
@@ -83,7 +64,8 @@ int run_scene(const RunArguments& arguments) {
 void add_run_command(CLI::App& perp, int& status) {
   CLI::App* command = perp.add_subcommand("run", "Run a scene by a method and write its motion to files");
   const auto arguments = std::make_shared<RunArguments>();
-  command->add_option("SCENE", arguments->scene, "a built-in scene (perp scenes)")->required();
+  command->add_option("SCENE", arguments->scene, "a scene file, or a built-in scene (perp scenes)")
+      ->required();
   command->add_option("--method", arguments->method, "a method (perp methods)")->required();
   command->add_option("--step", arguments->h, "step h [s]; the run takes round(T/h) equal steps")->required();
   command->add_option("--until", arguments->until, "end time T [s]; the scene's own if not given");

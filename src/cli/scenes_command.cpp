@@ -1,12 +1,14 @@
-// perp scenes: the built-in scenes, their default end time and parameters.
+// perp scenes: the built-in scenes, their default end time and parameters; each as a scene file.
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/parameters.hpp"
 #include "perp/core/errors.hpp"
+#include "perp/io/scene_file.hpp"
 #include "perp/step/methods.hpp"
-#include "perp/study/scene.hpp"
 
 namespace perp {
 namespace {
@@ -47,12 +49,32 @@ void print_list() {
 }  // namespace
 
 void add_scenes_command(CLI::App& perp, int& status) {
-  CLI::App* command =
-      perp.add_subcommand("scenes", "List the built-in scenes: default end time and parameters");
-  const auto csv = std::make_shared<bool>(false);
-  command->add_flag("--csv", *csv, "as CSV: name,id,until,exact,methods,parameters");
-  command->callback([&status, csv] {
-    *csv ? print_csv() : print_list();
+  struct Arguments {
+    std::string scene;
+    bool csv = false, toml = false;
+    std::vector<std::string> set;
+  };
+  CLI::App* command = perp.add_subcommand(
+      "scenes", "List the built-in scenes: default end time and parameters; or print one as a scene file");
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::Option* name = command->add_option("SCENE", arguments->scene, "a built-in scene or a file");
+  CLI::Option* toml =
+      command->add_flag("--toml", arguments->toml, "print SCENE as a scene file")->needs(name);
+  command->add_flag("--csv", arguments->csv, "as CSV: name,id,until,exact,methods,parameters")
+      ->excludes(name);
+  command->add_option("--set", arguments->set, "a parameter of SCENE, repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all()
+      ->needs(toml);
+  name->needs(toml);
+  command->callback([&status, arguments] {
+    if (arguments->toml) {
+      const Scene s = load_scene(arguments->scene, read_parameters("perp scenes", arguments->set));
+      std::fputs(write_scene(s).c_str(), stdout);
+    } else {
+      arguments->csv ? print_csv() : print_list();
+    }
     status = Done;
   });
 }

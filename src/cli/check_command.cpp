@@ -1,0 +1,147 @@
+// perp check: a scene read, counted, and looked at where it starts.
+#include <cmath>
+#include <cstdio>
+#include <Eigen/QR>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/parameters.hpp"
+#include "perp/core/errors.hpp"
+#include "perp/instant/instant.hpp"
+#include "perp/io/scene_file.hpp"
+
+namespace perp {
+namespace {
+
+const char* name_of(BodyKind kind) {
+  constexpr const char* names[] = {"ground", "prescribed", "particle", "planar", "spatial"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+std::string triple(const Vector3& v) {
+  return "(" + shortest(v.x()) + ", " + shortest(v.y()) + ", " + shortest(v.z()) + ")";
+}
+
+/// Velocities that the joints leave: nv less the rank of W_b.
+int degrees_of_freedom(const Model& model, const Instant& now) {
+  if (model.nv() == 0 || now.joint_rows.empty()) return model.nv();
+  Matrix W = Matrix::Zero(model.nv(), static_cast<Eigen::Index>(now.joint_rows.size()));
+  Vector column(model.nv());
+  for (std::size_t i = 0; i < now.joint_rows.size(); ++i) {
+    column.setZero();
+    now.joint_rows[i].W.add_impulse(Eigen::Matrix<double, 1, 1>(1.0), column);
+    W.col(static_cast<Eigen::Index>(i)) = column;
+  }
+  return model.nv() - static_cast<int>(Eigen::ColPivHouseholderQR<Matrix>(W).rank());
+}
+
+/// A violation above rounding: larger than 1e-10 of the scene's extent (its largest coordinate, lever arm or speed).
+class Violations {
+ public:
+  Violations(const Scene& scene, const Instant& now) {
+    for (const Pose& X : now.X) length_ = std::max(length_, X.p.cwiseAbs().maxCoeff());
+    for (const ContactInstant& c : now.contacts)
+      length_ = std::max(length_, c.position.cwiseAbs().maxCoeff());
+    for (const JointGeometry& j : scene.model.joints())
+      length_ = std::max({length_, j.anchor_a.norm(), j.anchor_b.norm()});
+    for (const Twist& V : now.V) speed_ = std::max({speed_, V.v.norm(), V.w.norm() * std::max(length_, 1.)});
+  }
+  bool length(double x) const { return x > 1e-10 * length_; }
+  bool speed(double u) const { return u > 1e-10 * speed_; }
+
+ private:
+  double length_ = 0, speed_ = 0;
+};
+
+void report_model(const Scene& scene, const Instant& now) {
+  const Model& model = scene.model;
+  std::printf("%s: %s\n", scene.name.c_str(), scene.what.c_str());
+  std::printf("t_end = %s s, gravity = %s m/s^2\n", shortest(scene.t_end).c_str(),
+              triple(model.gravity()).c_str());
+  for (const SceneParameter& p : scene.parameters)
+    std::printf("parameter %s = %s  %s\n", p.name.c_str(), shortest(p.value).c_str(), p.what.c_str());
+  for (int i = 1; i < static_cast<int>(model.bodies().size()); ++i) {
+    const Body& b = model.body({i});
+    std::printf("body %s: %s", b.name.c_str(), name_of(b.kind));
+    if (b.nv > 0) std::printf(", %s kg", shortest(b.mass).c_str());
+    std::printf(", at %s m\n", triple(now.X[static_cast<std::size_t>(i)].p).c_str());
+  }
+  for (const Contact& c : model.contacts())
+    std::printf("contact %s: %s on %s, %d point%s, mu = %s, e = %s\n", c.name.c_str(),
+                model.body(c.b).name.c_str(), model.body(c.a).name.c_str(), c.gap.points(),
+                c.gap.points() == 1 ? "" : "s", shortest(c.mu).c_str(), shortest(c.e).c_str());
+  for (const JointGeometry& j : model.joints())
+    std::printf("joint %s: %s to %s, %zu equations\n", j.name.c_str(), model.body(j.a).name.c_str(),
+                model.body(j.b).name.c_str(), j.rows.size());
+  std::printf("springs %zu, forces %zu\n", model.springs().size(), model.forces().size());
+  const int freedom = degrees_of_freedom(model, now);
+  std::printf("degrees of freedom %d: %d velocities, %zu joint equations of rank %d\n", freedom, model.nv(),
+              now.joint_rows.size(), model.nv() - freedom);
+}
+
+/// What does not fit together at the start; returns how much.
+int report_start(const Scene& scene, const Instant& now) {
+  const Model& model = scene.model;
+  const Violations violations(scene, now);
+  const Vector& nu = scene.start.nu;
+  int found = 0;
+  for (const ContactInstant& c : now.contacts) {
+    const std::string name = (*model.point_names())[static_cast<std::size_t>(c.point)];
+    const double u = c.velocity(nu)[0];
+    std::printf("gap %s = %.6g m, changing at %.6g m/s\n", name.c_str(), c.psi_n, u);
+    const bool overlaps = violations.length(-c.psi_n), closed = !violations.length(std::abs(c.psi_n));
+    if (overlaps) std::printf("inconsistent: contact %s overlaps by %.6g m\n", name.c_str(), -c.psi_n);
+    if (closed && violations.speed(-u))
+      std::printf("inconsistent: contact %s is closed and closes at %.6g m/s: an impact in the first step\n",
+                  name.c_str(), -u);
+    found += overlaps || (closed && violations.speed(-u)) ? 1 : 0;
+  }
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    double error = 0, speed = 0;
+    for (const JointRowInstant& row : now.joint_rows)
+      if (row.joint == static_cast<int>(j)) {
+        error = std::max(error, std::abs(row.psi_b));
+        speed = std::max(speed, std::abs(row.velocity(nu)));
+      }
+    const char* name = model.joints()[j].name.c_str();
+    std::printf("joint error %s = %.6g, changing at %.6g\n", name, error, speed);
+    if (violations.length(error))
+      std::printf("inconsistent: joint %s is open by %.6g m or rad\n", name, error);
+    if (violations.speed(speed))
+      std::printf("inconsistent: joint %s opens at %.6g m/s or rad/s\n", name, speed);
+    found += violations.length(error) || violations.speed(speed) ? 1 : 0;
+  }
+  return found;
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& perp, int& status) {
+  struct Arguments {
+    std::string scene;
+    std::vector<std::string> set;
+  };
+  CLI::App* command =
+      perp.add_subcommand("check", "Read a scene, say what is in it and whether its start is consistent");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("SCENE", arguments->scene, "a scene file, or a built-in scene (perp scenes)")
+      ->required();
+  command->add_option("--set", arguments->set, "a parameter of the scene, repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+  command->callback([&status, arguments] {
+    const Scene scene = load_scene(arguments->scene, read_parameters("perp check", arguments->set));
+    Instant now;
+    evaluate(scene.model, scene.start, now);
+    if (!now.fault.empty()) refuse("perp check", "the start", now.fault, "needs to be finite");
+    report_model(scene, now);
+    const int found = report_start(scene, now);
+    std::printf(found == 0 ? "the start is consistent\n" : "the start is not consistent; it can be run\n");
+    status = Done;
+  });
+}
+
+}  // namespace perp
