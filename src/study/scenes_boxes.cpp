@@ -31,11 +31,7 @@ Scene table(Parameters& set) {
   const char* names[] = {"front-left", "front-right", "back-right", "back-left"};
   const Vector3 feet[] = {{-x, -y, -h}, {x, -y, -h}, {x, y, -h}, {-x, y, -h}};
   for (int i = 0; i < 4; ++i) {
-    const Gap foot_on_floor = [foot = feet[i]](const Pose&, const Pose& X_WB, double) {
-      const Vector3 p = X_WB * foot;
-      return ContactPoint{.gap = p.z(), .normal = Vector3::UnitZ(), .point = p};
-    };
-    s.model.add_contact(ground, body, foot_on_floor, {.mu = mu, .name = names[i]});
+    s.model.add_contact(ground, body, point_on_plane(feet[i]), {.mu = mu, .name = names[i]});
   }
   s.start = s.model.rest();
   stays(s);

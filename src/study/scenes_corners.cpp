@@ -71,10 +71,7 @@ Scene painleve_rod(Parameters& set) {
   s.model.set_gravity(down_y);
   // half length 1; the tip is at (1, 0) of its axes
   const BodyId rod = s.model.add_planar_body(1, 1.0 / 3, {.name = "rod"});
-  const Gap tip_on_floor = [](const Pose&, const Pose& X_WB, double) {
-    const Vector3 tip = X_WB * Vector3::UnitX();
-    return ContactPoint{.gap = tip.y(), .normal = Vector3::UnitY(), .point = tip};
-  };
+  const Gap tip_on_floor = point_on_plane(Vector3::UnitX(), horizontal_line);
   s.model.add_contact(ground, rod, tip_on_floor, {.mu = mu, .name = "tip"});
   s.start = s.model.rest();
   PlanarMotion{0, std::sin(Real(theta)), -theta, v0, 0, 0}.put(s.model, s.start, rod);
