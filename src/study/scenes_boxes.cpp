@@ -30,9 +30,8 @@ Scene table(Parameters& set) {
       s.model.add_body(Inertia::solid_box(1, {1, 0.8, 0.1}), {.pose = {.p = {0, 0, h}}, .name = "table"});
   const char* names[] = {"front-left", "front-right", "back-right", "back-left"};
   const Vector3 feet[] = {{-x, -y, -h}, {x, -y, -h}, {x, y, -h}, {-x, y, -h}};
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 4; ++i)
     s.model.add_contact(ground, body, point_on_plane(feet[i]), {.mu = mu, .name = names[i]});
-  }
   s.start = s.model.rest();
   stays(s);
   return s;

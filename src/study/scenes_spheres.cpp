@@ -53,7 +53,7 @@ Scene seed_sphere(Parameters& set) {
   const double v0 = set.number("v0", 2, "initial velocity along x [m/s]");
   Scene s = thrown(1, mu, {v0, 0, 0}, Vector3::Zero());
   s.id = "B1";
-  s.what = "A solid sphere thrown along a floor slides, gathers spin and rolls [Tri03, section 4]";
+  s.what = "A solid sphere thrown along a floor slides, gathers spin and rolls [T03, section 4]";
   s.t_end = 0.6;
   return s;
 }

@@ -82,7 +82,7 @@ TEST_CASE("the LCP step has order 1 against its own polygon's limit where fricti
   const int edges = GENERATE(4, 8, 16);
   const Scene s = scene(name, set);
   LcpStepper lcp({.edges = edges});
-  const State reference = limit(s, lcp, s.t_end, 64 * ladder().back() / 2);
+  const State reference = limit(s, lcp, s.t_end, 16 * ladder().back());
   std::vector<double> list;
   for (const int n : ladder())
     list.push_back((run(s, lcp, s.t_end, n).q - reference.q).head<3>().lpNorm<Eigen::Infinity>());
