@@ -6,9 +6,6 @@
 #include <numeric>
 
 namespace perp {
-namespace {
-
-/// a := a^-1 by Gauss-Jordan with row pivoting; false if a pivot vanishes beside the largest entry.
 template <int B>
 bool invert(Eigen::Matrix<double, B, B>& a) {
   const double least = 1e-300 + 1e-15 * a.cwiseAbs().maxCoeff();
@@ -35,7 +32,25 @@ bool invert(Eigen::Matrix<double, B, B>& a) {
   return true;
 }
 
-}  // namespace
+template bool invert<3>(Eigen::Matrix3d&);
+template bool invert<6>(Eigen::Matrix<double, 6, 6>&);
+
+int BlockPattern::find(int row, int col) const {
+  const auto first = column.begin() + row_start[row], last = column.begin() + row_start[row + 1];
+  return static_cast<int>(std::lower_bound(first, last, col) - column.begin());
+}
+
+BlockPattern make_pattern(std::vector<std::vector<int>>& rows) {
+  BlockPattern pattern;
+  pattern.row_start.push_back(0);
+  for (std::vector<int>& row : rows) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    pattern.column.insert(pattern.column.end(), row.begin(), row.end());
+    pattern.row_start.push_back(static_cast<int>(pattern.column.size()));
+  }
+  return pattern;
+}
 
 std::vector<int> elimination_order(const BlockPattern& pattern) {
   const int n = pattern.size();
@@ -176,5 +191,6 @@ void BlockLu<B>::solve(Columns& x) const {
 }
 
 template class BlockLu<3>;
+template class BlockLu<6>;
 
 }  // namespace perp

@@ -16,7 +16,15 @@ struct BlockPattern {
   std::vector<int> row_start;  ///< (n + 1)
   std::vector<int> column;     ///< (blocks)
   int size() const { return static_cast<int>(row_start.size()) - 1; }
+  int find(int row, int col) const;  ///< place of the block (row, col), which must be there
 };
+
+/// The pattern of lists of columns, sorted and freed of doubles here; they must be symmetric.
+BlockPattern make_pattern(std::vector<std::vector<int>>& rows);
+
+/// a := a^-1 by Gauss-Jordan with row pivoting; false if a pivot vanishes beside the largest entry.
+template <int B>
+bool invert(Eigen::Matrix<double, B, B>& a);
 
 /// An elimination order of small fill (approximate minimum degree): order[k] is the k-th pivot.
 std::vector<int> elimination_order(const BlockPattern& pattern);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "velocity_operator.hpp"
+
 namespace perp {
 namespace {
 
@@ -19,7 +21,7 @@ std::vector<int> block_of_row(const std::vector<Eigen::Index>& offsets) {
   return block;
 }
 
-/// Sorted lists of the columns of each block row.
+/// The columns of each block row.
 std::vector<std::vector<int>> block_graph(const FrictionMatrix& W, const std::vector<Eigen::Index>& offsets) {
   const size_t n = offsets.size() - 1;
   std::vector<std::vector<int>> graph(n);
@@ -44,28 +46,16 @@ std::vector<std::vector<int>> block_graph(const FrictionMatrix& W, const std::ve
         if ((part.array() != 0).any()) couple(i, j);
       }
   }
-  for (auto& row : graph) {
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
-  }
   return graph;
 }
 
 PackedBlocks pack(const FrictionMatrix& W, const std::vector<Eigen::Index>& offsets,
                   const std::vector<BlockKind>& kind) {
-  const auto graph = block_graph(W, offsets);
+  auto graph = block_graph(W, offsets);
   PackedBlocks packed;
-  packed.pattern.row_start.push_back(0);
-  for (const auto& row : graph) {
-    packed.pattern.column.insert(packed.pattern.column.end(), row.begin(), row.end());
-    packed.pattern.row_start.push_back(static_cast<int>(packed.pattern.column.size()));
-  }
+  packed.pattern = make_pattern(graph);
   packed.values.assign(packed.pattern.column.size(), Matrix3::Zero());
-  const auto place = [&](size_t i, int j) -> Matrix3& {
-    const auto first = packed.pattern.column.begin() + packed.pattern.row_start[i];
-    const auto last = packed.pattern.column.begin() + packed.pattern.row_start[i + 1];
-    return packed.values[std::lower_bound(first, last, j) - packed.pattern.column.begin()];
-  };
+  const auto place = [&](int i, int j) -> Matrix3& { return packed.values[packed.pattern.find(i, j)]; };
   if (W.is_sparse()) {
     const std::vector<int> block = block_of_row(offsets);
     for (Eigen::Index c = 0; c < W.cols(); ++c) {
@@ -77,7 +67,7 @@ PackedBlocks pack(const FrictionMatrix& W, const std::vector<Eigen::Index>& offs
       }
     }
   } else {
-    for (size_t i = 0; i < graph.size(); ++i)
+    for (int i = 0; i < static_cast<int>(graph.size()); ++i)
       for (const int j : graph[i]) {
         const Eigen::Index rows = offsets[i + 1] - offsets[i];
         const Eigen::Index cols = offsets[j + 1] - offsets[j];
@@ -100,39 +90,58 @@ std::vector<double> block_scales(const std::vector<double>& mean_diagonal) {
   return s;
 }
 
-}  // namespace
-
-ContactSystem contact_system(const FrictionProblem& local) {
-  const std::vector<Eigen::Index> offsets = local.offsets();
-  ContactSystem system;
-  system.n = static_cast<int>(local.blocks());
-  for (int i = 0; i < system.n; ++i) system.kind.push_back(local.kind(i));
-  PackedBlocks packed = pack(local.W, offsets, system.kind);
+/// Fills in what does not depend on how W is kept: kinds, scales from W's diagonal blocks, q, mu.
+template <class Diagonal>
+void scale(ContactSystem& system, const FrictionProblem& problem, const Vector& q, const Diagonal& diagonal) {
+  const std::vector<Eigen::Index> offsets = problem.offsets();
   std::vector<double> mean_diagonal;
-  for (int i = 0; i < system.n; ++i) {
-    for (int e = packed.pattern.row_start[i]; e < packed.pattern.row_start[i + 1]; ++e)
-      if (packed.pattern.column[e] == i)
-        mean_diagonal.push_back(packed.values[e].trace() / block_rows(system.kind[i]));
-  }
+  for (int i = 0; i < system.n; ++i)
+    mean_diagonal.push_back(diagonal(i).trace() / block_rows(system.kind[i]));
   system.s = block_scales(mean_diagonal);
   system.q = Columns3::Zero(3, system.n);
   for (int i = 0; i < system.n; ++i) {
     const Eigen::Index rows = offsets[i + 1] - offsets[i];
-    system.q.col(i).segment(first_row(system.kind[i]), rows) =
-        system.s[i] * local.q.segment(offsets[i], rows);
-    for (int e = packed.pattern.row_start[i]; e < packed.pattern.row_start[i + 1]; ++e) {
-      const auto at = e;
-      packed.values[at] *= system.s[i] * system.s[packed.pattern.column[at]];
-    }
+    system.q.col(i).segment(first_row(system.kind[i]), rows) = system.s[i] * q.segment(offsets[i], rows);
   }
   const double size = system.q.norm();
   system.sigma = size > 0 ? size : 1;
   system.q /= system.sigma;
-  for (int i = 0; i < system.n; ++i) {
-    const double mu = local.mu(i);
-    system.mu.push_back(system.kind[i] == BlockKind::Interval ? mu / (system.s[i] * system.sigma) : mu);
-  }
+  for (int i = 0; i < system.n; ++i)
+    system.mu.push_back(system.kind[i] == BlockKind::Interval ? problem.mu(i) / (system.s[i] * system.sigma)
+                                                              : problem.mu(i));
+}
+
+ContactSystem with_kinds(const FrictionProblem& problem) {
+  ContactSystem system;
+  system.n = static_cast<int>(problem.blocks());
+  for (int i = 0; i < system.n; ++i) system.kind.push_back(problem.kind(i));
+  return system;
+}
+
+}  // namespace
+
+ContactSystem contact_system(const FrictionProblem& local) {
+  ContactSystem system = with_kinds(local);
+  PackedBlocks packed = pack(local.W, local.offsets(), system.kind);
+  const BlockPattern& pattern = packed.pattern;
+  scale(system, local, local.q, [&](int i) { return packed.values[pattern.find(i, i)]; });
+  for (int i = 0; i < system.n; ++i)
+    for (int e = pattern.row_start[i]; e < pattern.row_start[i + 1]; ++e)
+      packed.values[e] *= system.s[i] * system.s[pattern.column[e]];
   system.W = std::make_unique<LocalOperator>(std::move(packed.pattern), std::move(packed.values));
+  return system;
+}
+
+ContactSystem contact_system(const FrictionProblem& global, const MassResponse& response) {
+  if (!VelocityOperator::suits(global)) return contact_system(to_local(global, response));
+  ContactSystem system = with_kinds(global);
+  Vector v_free, lambda;
+  response.velocity(global.f, v_free, lambda);
+  const Vector q = global.H.to_sparse().transpose() * v_free + global.w;
+  auto W = std::make_unique<VelocityOperator>(global, system.kind);
+  scale(system, global, q, [&](int i) { return W->diagonal(i); });
+  W->scale(system.s);
+  system.W = std::move(W);
   return system;
 }
 

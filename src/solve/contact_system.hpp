@@ -5,6 +5,7 @@
 // by one number s_i and the whole by sigma, as in friction_residual.hpp, so that tr W_ii = rows_i and |q| = 1.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -28,12 +29,20 @@ class DelassusOperator {
   virtual void apply(const Columns3& r, Columns3& Wr) const = 0;
   /// False if A + B W is numerically singular.
   virtual bool factor(const Blocks3& A, const Blocks3& B) = 0;
-  /// x with (A + B W) x = y, refined once if need be, and Wx beside it. False if x misses y by more than half.
+  /// x with (A + B W) x = y, refined if need be, and Wx beside it. False if x is not finite.
   virtual bool solve(const Columns3& y, Columns3& x, Columns3& Wx) = 0;
   /// Row i of W r alone, for sweeps.
   virtual Vector3 row(int i, const Columns3& r) const = 0;
   /// Dense copy, for small problems and other solvers' stages.
   virtual Matrix dense() const = 0;
+
+ protected:
+  template <class SolveOnce>
+  bool refine(const Columns3& y, Columns3& x, Columns3& Wx, const Blocks3& A, const Blocks3& B,
+              const SolveOnce& solve_once);
+
+ private:
+  Columns3 residual_, correction_;
 };
 
 /// W stored as sparse 3x3 blocks, factored in its own pattern.
@@ -57,7 +66,6 @@ class LocalOperator final : public DelassusOperator {
   Blocks3 A_, B_;
   std::vector<char> open_;  // blocks with B_i = 0
   bool any_open_ = false;
-  Columns3 residual_, correction_;
 };
 
 /// A scaled problem of n blocks.
@@ -76,6 +84,33 @@ struct ContactSystem {
 
 /// Scales and packs a local problem.
 ContactSystem contact_system(const FrictionProblem& local);
+
+/// The same for a global problem, in the bodies' velocities where the mass matrix allows, else brought to the
+/// local form.
+class MassResponse;
+ContactSystem contact_system(const FrictionProblem& global, const MassResponse& response);
+
+/// Refines x of (A + B W) x = y by solve_once while that helps, at most twice; Wx is that of the x left. False if x
+/// is not finite.
+template <class SolveOnce>
+bool DelassusOperator::refine(const Columns3& y, Columns3& x, Columns3& Wx, const Blocks3& A,
+                              const Blocks3& B, const SolveOnce& solve_once) {
+  constexpr double enough = 1e-10, useless = 0.5;  // of |y|; of the miss before
+  const double size = y.norm();
+  double last = infinity;
+  for (int refinements = 0;; ++refinements) {
+    apply(x, Wx);
+    residual_.resize(3, x.cols());
+    for (int i = 0; i < static_cast<int>(x.cols()); ++i)
+      residual_.col(i) = y.col(i) - A[i] * x.col(i) - B[i] * Wx.col(i);
+    const double miss = residual_.norm();
+    if (!std::isfinite(miss)) return false;
+    if (miss <= enough * size || miss > useless * last || refinements == 2) return true;
+    last = miss;
+    solve_once(residual_, correction_);
+    x += correction_;
+  }
+}
 
 /// The residuals of r and u = W r + q, with the system's scales.
 FrictionResidual friction_residual(const FrictionProblem& local, const ContactSystem& system, const Vector& r,

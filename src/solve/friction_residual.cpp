@@ -19,15 +19,15 @@ Vector3 padded(BlockKind kind, const Vector& x, Eigen::Index first) {
 
 }  // namespace
 
-FrictionResidual friction_residual(const FrictionProblem& local, const ContactSystem& system, const Vector& r,
-                                   const Vector& u) {
+FrictionResidual friction_residual(const FrictionProblem& problem, const ContactSystem& system,
+                                   const Vector& r, const Vector& u) {
   FrictionResidual result;
-  const std::vector<Eigen::Index> offsets = local.offsets();
+  const std::vector<Eigen::Index> offsets = problem.offsets();
   const double largest = r.size() > 0 ? r.cwiseAbs().maxCoeff() : 0;
   double scaled_map = 0, map = 0, scaled_size = 0;
   for (int i = 0; i < system.n; ++i) {
     const BlockKind kind = system.kind[i];
-    const double mu = local.mu(i), s = system.s[i], sigma = system.sigma;
+    const double mu = problem.mu(i), s = system.s[i], sigma = system.sigma;
     const Vector3 r_i = padded(kind, r, offsets[i]), u_i = padded(kind, u, offsets[i]);
     const Vector3 r_scaled = r_i / (s * sigma), u_scaled = u_i * (s / sigma);
     const auto natural = [&](double bound, const Vector3& x, const Vector3& velocity) {
@@ -60,12 +60,13 @@ FrictionResidual friction_residual(const FrictionProblem& problem, const Vector&
   if (r.size() != problem.rows())
     refuse("friction_residual", "r size", static_cast<double>(r.size()),
            "as many entries as rows are needed");
-  const FrictionProblem local = to_local(problem);
-  const ContactSystem system = contact_system(local);
-  if (!problem.is_global()) return friction_residual(local, system, r, local.W.times(r) + local.q);
+  if (!problem.is_global())
+    return friction_residual(problem, contact_system(problem), r, problem.W.times(r) + problem.q);
+  const MassResponse response(problem);
   Vector v, lambda;
-  MassResponse(problem).velocity(problem.H.times(r) + problem.f, v, lambda);
-  return friction_residual(local, system, r, problem.H.to_sparse().transpose() * v + problem.w);
+  response.velocity(problem.H.times(r) + problem.f, v, lambda);
+  return friction_residual(problem, contact_system(problem, response), r,
+                           problem.H.to_sparse().transpose() * v + problem.w);
 }
 
 Vector project_reaction(BlockKind kind, double mu, const Vector& z) {

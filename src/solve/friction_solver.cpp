@@ -105,12 +105,18 @@ void run_chain(Chain& chain, const FrictionOptions& options) {
   chain.newton_stage(options.start.size() > 0 ? 12 : 25);
   if (chain.done()) return;
   chain.interior_point_stage(FrictionStage::InteriorPoint, {});
-  for (const double size : {1.0, 1e2, 1e3, 1e5}) {
+  constexpr InteriorPointOptions starts[] = {{.start = 1, .damping = 0.9},
+                                             {.start = 0.1, .damping = 0.9},
+                                             {.start = 10, .damping = 0.5},
+                                             {.start = 100, .damping = 0.9},
+                                             {.start = 1},
+                                             {.start = 1e3},
+                                             {.start = 1, .damping = 0.5},
+                                             {.start = 1e5}};
+  for (const InteriorPointOptions& start : starts) {
     if (chain.done()) return;
-    chain.interior_point_stage(FrictionStage::Restart, {.start = size});
+    chain.interior_point_stage(FrictionStage::Restart, start);
   }
-  if (chain.done()) return;
-  chain.interior_point_stage(FrictionStage::Restart, {.damping = 0.9});
 }
 
 }  // namespace
@@ -123,14 +129,9 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
     refuse("solve_friction", "start", "not finite or of another size", "one finite number a row is needed");
 
   std::optional<MassResponse> response;
-  FrictionProblem reduced;
-  if (problem.is_global()) {
-    response.emplace(problem);
-    reduced = to_local(problem, *response);
-  }
-  const FrictionProblem& local = problem.is_global() ? reduced : problem;
-  const ContactSystem system = contact_system(local);
-  const std::vector<Eigen::Index> offsets = local.offsets();
+  if (problem.is_global()) response.emplace(problem);
+  const ContactSystem system = response ? contact_system(problem, *response) : contact_system(problem);
+  const std::vector<Eigen::Index> offsets = problem.offsets();
 
   Budget budget;
   budget.most = options.max_iterations;
@@ -162,10 +163,11 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
       run_chain(chain, options);
       break;
   }
-  if (!chain.solved()) solution.certificate = infeasibility_certificate(local, system);
+  if (!chain.solved()) solution.certificate = infeasibility_certificate(problem, system);
   if (options.method == FrictionMethod::Chain && solution.certificate.size() == 0) {
-    if (!chain.done()) chain.gauss_seidel_stage(2000);
-    if (!chain.done() && options.use_ipopt && has_ipopt()) chain.ipopt_stage();
+    constexpr int few = 60;  // contacts up to which Ipopt's dense W and thousands of sweeps are affordable
+    if (!chain.done()) chain.gauss_seidel_stage(system.n <= few ? 2000 : 300);
+    if (!chain.done() && system.n <= few && options.use_ipopt && has_ipopt()) chain.ipopt_stage();
   }
 
   solution.r = system.reaction(chain.best.r, offsets);
@@ -178,11 +180,11 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
     response->velocity(problem.H.times(solution.r) + problem.f, solution.v, solution.lambda);
     solution.u = problem.H.to_sparse().transpose() * solution.v + problem.w;
   } else {
-    solution.u = local.W.times(solution.r) + local.q;
+    solution.u = problem.W.times(solution.r) + problem.q;
   }
-  solution.residuals = friction_residual(local, system, solution.r, solution.u);
+  solution.residuals = friction_residual(problem, system, solution.r, solution.u);
   solution.residual = solution.residuals.relative;
-  if (solution.residual <= options.tolerance) {
+  if (std::max(solution.residual, 0.01 * solution.residuals.absolute) <= options.tolerance) {
     solution.status = FrictionStatus::Solved;
     solution.certificate.resize(0);
   } else if (solution.certificate.size() > 0) {

@@ -1,16 +1,23 @@
 // The stages of the friction solver's chain, each a method of its own on the scaled problem.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 
 #include "contact_system.hpp"
 
 namespace perp {
 
+/// What must be below the tolerance: the natural map over max(1, |r|), and a hundredth of it as it stands, since
+/// reactions that run off to infinity make the first small by themselves [-].
+inline double pass_error(double natural_map, double size) {
+  return natural_map * std::max(1 / std::max(1.0, size), 0.01);
+}
+
 /// A point with its residual; stages keep the best one they meet.
 struct Iterate {
   Columns3 r, u;            ///< u = W r + q
-  double error = infinity;  ///< natural map / max(1, |r|) [-]
+  double error = infinity;  ///< pass_error
 };
 
 /// Recomputes u and the error of point.r.

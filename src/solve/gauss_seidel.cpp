@@ -108,7 +108,7 @@ void gauss_seidel(const ContactSystem& system, int sweeps, double tolerance, Bud
 void evaluate(const ContactSystem& system, Iterate& point) {
   system.W->apply(point.r, point.u);
   point.u += system.q;
-  point.error = natural_map(system, point.r, point.u) / std::max(1.0, point.r.norm());
+  point.error = pass_error(natural_map(system, point.r, point.u), point.r.norm());
 }
 
 }  // namespace perp

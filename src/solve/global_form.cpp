@@ -11,32 +11,6 @@ namespace {
 
 constexpr Eigen::Index largest_block = 12;  // bodies have 6 rows; larger blocks are left to the sparse LU
 
-/// The connected blocks of M, each a list of rows.
-std::vector<std::vector<int>> connected_blocks(const SparseMatrix& M) {
-  std::vector<int> root(M.rows());
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
-  for (int c = 0; c < M.cols(); ++c)
-    for (SparseMatrix::InnerIterator it(M, c); it; ++it) {
-      const int a = find(static_cast<int>(it.row())), b = find(c);
-      root[std::max(a, b)] = std::min(a, b);
-    }
-  std::vector<std::vector<int>> blocks;
-  std::vector<int> number(M.rows(), -1);
-  for (int i = 0; i < M.rows(); ++i) {
-    int& block = number[find(i)];
-    if (block < 0) {
-      block = static_cast<int>(blocks.size());
-      blocks.emplace_back();
-    }
-    blocks[block].push_back(i);
-  }
-  return blocks;
-}
-
 /// M^-1 block by block; empty if a block is large. Throws if one is singular.
 SparseMatrix block_inverse(const SparseMatrix& M) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -68,6 +42,31 @@ SparseMatrix block_inverse(const SparseMatrix& M) {
 }
 
 }  // namespace
+
+std::vector<std::vector<int>> connected_blocks(const SparseMatrix& M) {
+  std::vector<int> root(M.rows());
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  for (int c = 0; c < M.cols(); ++c)
+    for (SparseMatrix::InnerIterator it(M, c); it; ++it) {
+      const int a = find(static_cast<int>(it.row())), b = find(c);
+      root[std::max(a, b)] = std::min(a, b);
+    }
+  std::vector<std::vector<int>> blocks;
+  std::vector<int> number(M.rows(), -1);
+  for (int i = 0; i < M.rows(); ++i) {
+    int& block = number[find(i)];
+    if (block < 0) {
+      block = static_cast<int>(blocks.size());
+      blocks.emplace_back();
+    }
+    blocks[block].push_back(i);
+  }
+  return blocks;
+}
 
 MassResponse::MassResponse(const FrictionProblem& global)
     : n_(global.M.rows()), k_(global.G.cols()), b_(global.b), kkt_(n_ + k_, n_ + k_) {

@@ -16,7 +16,7 @@ class MassResponse {
 
   /// v and lambda under the generalised impulse `load` (n) = H r + f, refined once.
   void velocity(const Vector& load, Vector& v, Vector& lambda) const;
-  /// A H with A the response of v to a load, bilateral rows homogeneous.
+  /// A H for A the response of v to a load, bilateral rows homogeneous.
   SparseMatrix times(const SparseMatrix& H) const;
 
  private:
@@ -28,6 +28,9 @@ class MassResponse {
   SparseMatrix inverse_;  // of M if it falls into small blocks and k = 0, else empty
   std::unique_ptr<Eigen::SparseLU<SparseMatrix>> lu_;
 };
+
+/// The connected blocks of M, each a list of rows.
+std::vector<std::vector<int>> connected_blocks(const SparseMatrix& M);
 
 /// to_local with the response at hand.
 FrictionProblem to_local(const FrictionProblem& global, const MassResponse& response);

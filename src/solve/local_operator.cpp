@@ -73,20 +73,8 @@ void LocalOperator::solve_once(const Columns3& y, Columns3& x) {
 }
 
 bool LocalOperator::solve(const Columns3& y, Columns3& x, Columns3& Wx) {
-  const double size = y.norm();
   solve_once(y, x);
-  for (int refinements = 0;; ++refinements) {
-    apply(x, Wx);
-    residual_.resize(3, x.cols());
-    for (Eigen::Index i = 0; i < x.cols(); ++i)
-      residual_.col(i) = y.col(i) - A_[i] * x.col(i) - B_[i] * Wx.col(i);
-    const double miss = residual_.norm();
-    if (!(miss > 1e-10 * size)) return true;
-    if (!std::isfinite(miss)) return false;
-    if (refinements == 2) return miss < 0.5 * size;
-    solve_once(residual_, correction_);
-    x += correction_;
-  }
+  return refine(y, x, Wx, A_, B_, [this](const Columns3& rhs, Columns3& out) { solve_once(rhs, out); });
 }
 
 Matrix LocalOperator::dense() const {

@@ -15,7 +15,7 @@ namespace perp {
 
 /// How a solve ended.
 enum class FrictionStatus {
-  Solved,      ///< residual.relative <= tolerance
+  Solved,      ///< residuals.relative <= tolerance and residuals.absolute <= 100 tolerance
   NoSolution,  ///< proved by FrictionSolution::certificate
   BestFound,   ///< the best point met; the residual says how good; nothing is proved
 };
@@ -32,7 +32,7 @@ enum class Reactions {
 };
 
 struct FrictionOptions {
-  double tolerance = 1e-10;  ///< pass mark of residual.relative; Newton goes on to round-off when it can [-]
+  double tolerance = 1e-10;  ///< pass mark, see Solved; Newton goes on to round-off when it can [-]
   FrictionMethod method = FrictionMethod::Chain;
   Reactions reactions = Reactions::Any;
   Vector start;                  ///< (m) reactions to start from, such as the last step's; empty: zero

@@ -1,0 +1,166 @@
+#include "velocity_operator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/LU>
+
+namespace perp {
+
+bool VelocityOperator::suits(const FrictionProblem& global) {
+  if (!global.is_global() || global.G.cols() > 0) return false;
+  for (const std::vector<int>& rows : connected_blocks(global.M.to_sparse()))
+    if (rows.size() > 6) return false;
+  return true;
+}
+
+namespace {
+
+constexpr double regularisation = 1e-8;  // delta of the header, beside tr W_ii = rows [-]
+
+/// Rows that go into one 6x6 block: blocks of M in their order, joined while they fit. A body whose inertia is
+/// diagonal falls into six blocks of M; joined they are one again, and joining more costs nothing but zeros.
+std::vector<std::vector<int>> bodies_of(const SparseMatrix& M) {
+  std::vector<std::vector<int>> bodies;
+  for (const std::vector<int>& rows : connected_blocks(M)) {
+    if (bodies.empty() || bodies.back().size() + rows.size() > 6) bodies.emplace_back();
+    bodies.back().insert(bodies.back().end(), rows.begin(), rows.end());
+  }
+  return bodies;
+}
+
+}  // namespace
+
+VelocityOperator::VelocityOperator(const FrictionProblem& global, const std::vector<BlockKind>& kind)
+    : contacts_(static_cast<int>(global.blocks())) {
+  const SparseMatrix M = global.M.to_sparse(), H = global.H.to_sparse();
+  const std::vector<std::vector<int>> rows = bodies_of(M);
+  bodies_ = static_cast<int>(rows.size());
+  std::vector<int> body(M.rows()), slot(M.rows());
+  mass_.assign(bodies_, Block6::Identity());  // identity on the rows that a smaller block lacks
+  for (int b = 0; b < bodies_; ++b)
+    for (int k = 0; k < static_cast<int>(rows[b].size()); ++k) {
+      body[rows[b][k]] = b;
+      slot[rows[b][k]] = k;
+      mass_[b](k, k) = 0;
+    }
+  for (int c = 0; c < M.cols(); ++c)
+    for (SparseMatrix::InnerIterator it(M, c); it; ++it)
+      mass_[body[c]](slot[it.row()], slot[c]) += it.value();
+  for (const Block6& block : mass_) inverse_mass_.push_back(block.partialPivLu().inverse());
+
+  const std::vector<Eigen::Index> offsets = global.offsets();
+  arms_of_body_.resize(bodies_);
+  arm_start_.push_back(0);
+  for (int i = 0; i < contacts_; ++i) {
+    for (Eigen::Index c = offsets[i]; c < offsets[i + 1]; ++c)
+      for (SparseMatrix::InnerIterator it(H, c); it; ++it) {
+        const int b = body[it.row()];
+        auto arm = std::find_if(arms_.begin() + arm_start_[i], arms_.end(),
+                                [b](const Arm& a) { return a.body == b; });
+        if (arm == arms_.end()) {
+          arms_of_body_[b].push_back(static_cast<int>(arms_.size()));
+          arms_.push_back({i, b, Wrench::Zero()});
+          arm = arms_.end() - 1;
+        }
+        arm->H(slot[it.row()], c - offsets[i] + first_row(kind[i])) += it.value();
+      }
+    arm_start_.push_back(static_cast<int>(arms_.size()));
+  }
+  find_diagonal();
+
+  std::vector<std::vector<int>> graph(bodies_);
+  for (int b = 0; b < bodies_; ++b) graph[b].push_back(b);
+  for (int i = 0; i < contacts_; ++i)
+    for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p)
+      for (int q = arm_start_[i]; q < arm_start_[i + 1]; ++q) graph[arms_[p].body].push_back(arms_[q].body);
+  pattern_ = make_pattern(graph);
+  for (int i = 0; i < contacts_; ++i)
+    for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p)
+      for (int q = arm_start_[i]; q < arm_start_[i + 1]; ++q)
+        place_.push_back(pattern_.find(arms_[p].body, arms_[q].body));
+  sum_.resize(pattern_.column.size());
+}
+
+void VelocityOperator::scale(const std::vector<double>& s) {
+  for (Arm& arm : arms_) arm.H *= s[arm.contact];
+  find_diagonal();
+}
+
+void VelocityOperator::find_diagonal() {
+  diagonal_.assign(contacts_, Matrix3::Zero());
+  for (const Arm& arm : arms_)
+    diagonal_[arm.contact].noalias() += arm.H.transpose() * (inverse_mass_[arm.body] * arm.H).eval();
+}
+
+void VelocityOperator::apply(const Columns3& r, Columns3& Wr) const {
+  v_.setZero(6, bodies_);
+  for (const Arm& arm : arms_) v_.col(arm.body).noalias() += arm.H * r.col(arm.contact);
+  for (int b = 0; b < bodies_; ++b) v_.col(b) = (inverse_mass_[b] * v_.col(b)).eval();
+  Wr.setZero(3, contacts_);
+  for (const Arm& arm : arms_) Wr.col(arm.contact).noalias() += arm.H.transpose() * v_.col(arm.body);
+}
+
+Vector3 VelocityOperator::row(int i, const Columns3& r) const {
+  Vector3 u = Vector3::Zero();
+  for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p) {
+    Eigen::Matrix<double, 6, 1> load = Eigen::Matrix<double, 6, 1>::Zero();
+    for (const int q : arms_of_body_[arms_[p].body]) load.noalias() += arms_[q].H * r.col(arms_[q].contact);
+    u.noalias() += arms_[p].H.transpose() * (inverse_mass_[arms_[p].body] * load).eval();
+  }
+  return u;
+}
+
+bool VelocityOperator::factor(const Blocks3& A, const Blocks3& B) {
+  if (!lu_.analyzed()) lu_.analyze(pattern_);
+  A_ = A;
+  B_ = B;
+  A_inverse_.resize(contacts_);
+  D_.resize(contacts_);
+  for (Block6& block : sum_) block.setZero();
+  for (int b = 0; b < bodies_; ++b) sum_[pattern_.find(b, b)] = mass_[b];
+  int at = 0;
+  for (int i = 0; i < contacts_; ++i) {
+    const int begin = arm_start_[i], end = arm_start_[i + 1];
+    A_inverse_[i] = A[i] + regularisation * B[i];
+    if (!invert<3>(A_inverse_[i])) return false;
+    D_[i].noalias() = A_inverse_[i] * B[i];
+    if (D_[i].isZero(0)) {
+      at += (end - begin) * (end - begin);
+      continue;
+    }
+    for (int p = begin; p < end; ++p) {
+      const Wrench HD = arms_[p].H * D_[i];
+      for (int q = begin; q < end; ++q) sum_[place_[at++]].noalias() += HD * arms_[q].H.transpose();
+    }
+  }
+  lu_.clear();
+  for (int e = 0; e < static_cast<int>(sum_.size()); ++e) lu_.set(e, sum_[e]);
+  return lu_.factor();
+}
+
+void VelocityOperator::solve_once(const Columns3& y, Columns3& x) {
+  x.resize(3, contacts_);
+  for (int i = 0; i < contacts_; ++i) x.col(i).noalias() = A_inverse_[i] * y.col(i);
+  v_.setZero(6, bodies_);
+  for (const Arm& arm : arms_) v_.col(arm.body).noalias() += arm.H * x.col(arm.contact);
+  lu_.solve(v_);
+  for (const Arm& arm : arms_)
+    x.col(arm.contact).noalias() -= D_[arm.contact] * (arm.H.transpose() * v_.col(arm.body)).eval();
+}
+
+bool VelocityOperator::solve(const Columns3& y, Columns3& x, Columns3& Wx) {
+  solve_once(y, x);
+  return refine(y, x, Wx, A_, B_, [this](const Columns3& rhs, Columns3& out) { solve_once(rhs, out); });
+}
+
+Matrix VelocityOperator::dense() const {
+  Matrix W = Matrix::Zero(3 * contacts_, 3 * contacts_);
+  for (const std::vector<int>& arms : arms_of_body_)
+    for (const int p : arms)
+      for (const int q : arms)
+        W.block<3, 3>(3 * arms_[p].contact, 3 * arms_[q].contact).noalias() +=
+            arms_[p].H.transpose() * (inverse_mass_[arms_[p].body] * arms_[q].H).eval();
+  return W;
+}
+
+}  // namespace perp
