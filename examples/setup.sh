@@ -17,7 +17,7 @@ apt() {
   local as_root=()
   ((EUID == 0)) || as_root=(sudo)
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -o DPkg::Lock::Timeout=600 -o Acquire::Retries=3 \
-    --quiet --quiet --yes --no-install-recommends "$@" </dev/null
+    --quiet --quiet --yes --no-install-recommends "$@" </dev/null >/dev/null
 }
 
 # Twice, since another apt may hold the lists or the network stumble.
