@@ -41,5 +41,7 @@
 
 #include "perp/io/chart.hpp"
 #include "perp/io/csv_file.hpp"
+#include "perp/io/expression.hpp"
 #include "perp/io/run_files.hpp"
+#include "perp/io/scene_file.hpp"
 #include "perp/io/study_files.hpp"

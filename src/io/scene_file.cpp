@@ -174,6 +174,8 @@ class SceneReader {
   }
 
   void body(const SceneTable& table) {
+    table.allow({"name", "kind", "mass", "inertia", "position", "orientation", "angle", "start", "velocity",
+                 "angular_velocity", "angular_velocity_body", "motion"});  // of some kind; below of its own
     BodyOptions options;
     options.name = table.name();
     const BodyKind kind =

@@ -55,12 +55,11 @@ double SceneTable::number(const TomlValue& value, Dimension dimension) const {
   if (value.kind != Kind::Text) refuse_at(value.place, value.described(), need);
   if (const auto given = source_->dimensions.find(value.text);
       given != source_->dimensions.end() && dimension != Dimension::Any && given->second != dimension)
-    refuse_at(value.place, "the parameter '" + value.text + "', " + describe(given->second),
+    refuse_at(value.place, value.key + " is the parameter '" + value.text + "', " + describe(given->second),
               "needs " + describe(dimension));
   const Expression constant = expression(value, {}, dimension);
   const double x = constant();
-  if (!std::isfinite(x))
-    refuse_at(value.place, value.described() + " is " + shortest(x), "needs to be finite");
+  if (!std::isfinite(x)) refuse_at(value.place, value.key + " = " + shortest(x), "needs to be finite");
   return x;
 }
 
@@ -78,7 +77,7 @@ Expression SceneTable::expression(const TomlValue& value, const std::vector<std:
     const std::size_t comma = what.find(", needs");
     Place place = value.text_begin;
     if (place.column != value.place.column) place.column += error.offset;
-    refuse_at(place, what.substr(0, comma), what.substr(comma + 2));
+    refuse_at(place, value.key + " has " + std::string(what.substr(0, comma)), what.substr(comma + 2));
   }
 }
 
@@ -158,7 +157,7 @@ std::string SceneTable::name() const {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   });
   if (!fits)
-    refuse("name", "the name \"" + given + "\"",
+    refuse("name", "name is \"" + given + "\"",
            "needs letters, digits, '_' and '-' (it names columns of files)");
   return given;
 }
@@ -167,7 +166,7 @@ std::size_t SceneTable::word(std::string_view key, const std::vector<std::string
   const std::string& given = text(key);
   const auto it = std::find(words.begin(), words.end(), given);
   if (it == words.end())
-    refuse(key, "the " + std::string(key) + " '" + given + "'", "needs " + one_of(words, given));
+    refuse(key, std::string(key) + " is '" + given + "'", "needs " + one_of(words, given));
   return static_cast<std::size_t>(it - words.begin());
 }
 
@@ -194,7 +193,7 @@ BodyId SceneTable::body(std::string_view key) const {
   const std::string& given = text(key);
   const auto it = source_->body_of.find(given);
   if (it == source_->body_of.end())
-    refuse(key, "the body '" + given + "'", "needs " + one_of(source_->bodies, given));
+    refuse(key, std::string(key) + " is the body '" + given + "'", "needs " + one_of(source_->bodies, given));
   return {it->second};
 }
 

@@ -108,41 +108,45 @@ class Inspection {
   int depth_ = 0, dots_ = 0;
 };
 
-/// The parser's complaint, which is a picture of several lines, as a place and a sentence.
-[[noreturn]] void refuse_syntax(const std::string& file, const toml::exception& error) {
-  const std::string picture = error.what();
+/// The parser's complaint as a place and a sentence. It is a picture of several lines,
+///   [error] toml::function: sentence
+///    --> file
+///    3 | a line of the file
+///      |   ^--- remark
+/// sometimes with more than one line of the file, of which the last is where reading stopped.
+[[noreturn]] void refuse_syntax(const std::string& file, const Lines& lines, const toml::exception& error) {
+  std::istringstream picture(error.what());
+  std::string sentence, remark, line;
+  std::getline(picture, sentence);
+  const std::size_t function = sentence.find("toml::"), colon = sentence.find(": ", function);
+  sentence.erase(0, function == std::string::npos || colon == std::string::npos ? 0 : colon + 2);
   Place place{error.location().line(), error.location().column()};
-  // "[error] toml::function: sentence", then " --> file", then " 3 | the line" and "   |  ^--- what is wrong"
-  const std::size_t bar = picture.find(" | "), caret = picture.find('^');
-  if (bar != std::string::npos) {
-    const std::size_t line_begin = picture.rfind('\n', bar) + 1;
-    const std::size_t digits = picture.find_first_not_of(' ', line_begin);
-    std::size_t line = 0;
-    if (std::from_chars(picture.data() + digits, picture.data() + bar, line).ec == std::errc())
-      place.line = line;
-    const std::size_t caret_line = caret == std::string::npos ? 0 : picture.rfind('\n', caret) + 1;
-    if (caret_line > bar && caret - caret_line > bar + 2 - line_begin)
-      place.column = caret - caret_line - (bar + 3 - line_begin) + 1;
+  while (std::getline(picture, line)) {
+    const std::size_t bar = line.find(" | "), digits = line.find_first_not_of(' ');
+    if (bar == std::string::npos) continue;
+    std::size_t number = 0;
+    if (std::from_chars(line.data() + digits, line.data() + bar, number).ec == std::errc()) {
+      place.line = number;
+    } else if (const std::size_t marker = line.find_first_of("^~", bar); marker != std::string::npos) {
+      place.column = marker - (bar + 3) + 1;
+      const std::size_t words = line.find_first_not_of("^~- ", marker);
+      remark = words == std::string::npos ? std::string() : ": " + line.substr(words);
+    }
   }
-  std::string sentence = picture.substr(0, picture.find('\n'));
-  for (const std::string_view prefix : {"[error] ", "toml::"})
-    if (sentence.starts_with(prefix)) sentence.erase(0, prefix.size());
-  if (const std::size_t colon = sentence.find(": "); colon != std::string::npos) sentence.erase(0, colon + 2);
-  const std::size_t remark = caret == std::string::npos ? caret : picture.find_first_not_of("^~- ", caret);
-  if (remark != std::string::npos && picture[remark] != '\n') {
-    const std::string found = picture.substr(remark, picture.find('\n', remark) - remark);
-    if (!found.empty()) sentence += (sentence.empty() ? "" : ": ") + found;
-  }
-  if (sentence.empty()) sentence = "what is not TOML";
-  refuse_at(file, place, sentence, "needs to be TOML");
+  for (std::string* words : {&sentence, &remark})
+    while (words->ends_with('.')) words->pop_back();
+  const Place end = lines.at(lines.text().size());  // the parser reads one line break more
+  refuse_at(file, place.line > end.line ? end : place, (sentence.empty() ? "this" : sentence) + remark,
+            "needs to be TOML");
 }
 
 class Converter {
  public:
   Converter(const Lines& lines, const std::string& file) : lines_(lines), file_(file) {}
 
-  TomlValue value(const Value& from) const {
+  TomlValue value(const Value& from, const std::string& key = {}) const {
     TomlValue to;
+    to.key = key;
     to.place = lines_.at(offset(from));
     switch (from.type()) {
       case toml::value_t::integer:
@@ -160,11 +164,11 @@ class Converter {
         break;
       case toml::value_t::array:
         to.kind = TomlValue::Kind::List;
-        for (const Value& item : from.as_array()) to.items.push_back(value(item));
+        for (const Value& item : from.as_array()) to.items.push_back(value(item, key));
         break;
       case toml::value_t::table:
-        for (const auto& [key, entry] : from.as_table())
-          to.entries.push_back({key, key_place(entry), value(entry)});
+        for (const auto& [entry_key, entry] : from.as_table())
+          to.entries.push_back({entry_key, key_place(entry), value(entry, entry_key)});
         std::stable_sort(to.entries.begin(), to.entries.end(), [](const auto& a, const auto& b) {
           return std::pair(a.place.line, a.place.column) < std::pair(b.place.line, b.place.column);
         });
@@ -242,28 +246,29 @@ void refuse_at(std::string_view file, const Place& place, std::string_view found
   throw std::invalid_argument(message.str());
 }
 
-const TomlValue::Entry* TomlValue::find(std::string_view key) const {
+const TomlValue::Entry* TomlValue::find(std::string_view wanted) const {
   const auto it =
-      std::find_if(entries.begin(), entries.end(), [&](const Entry& entry) { return entry.key == key; });
+      std::find_if(entries.begin(), entries.end(), [&](const Entry& entry) { return entry.key == wanted; });
   return it == entries.end() ? nullptr : &*it;
 }
 
 std::string TomlValue::described() const {
+  const std::string is = key.empty() ? std::string() : key + " is ";
   switch (kind) {
     case Kind::Number:
-      return "the number " + shortest(number);
+      return is + "the number " + shortest(number);
     case Kind::Text:
-      return "the text \"" + text.substr(0, 40) + (text.size() > 40 ? "...\"" : "\"");
+      return is + "the text \"" + text.substr(0, 40) + (text.size() > 40 ? "...\"" : "\"");
     case Kind::Boolean:
-      return "true or false";
+      return is + "true or false";
     case Kind::Date:
-      return "a date or time";
+      return is + "a date or time";
     case Kind::List:
-      return "a list of " + std::to_string(items.size());
+      return is + "a list of " + std::to_string(items.size());
     case Kind::Table:
       break;
   }
-  return "a table";
+  return is + "a table";
 }
 
 TomlValue parse_toml(std::string_view text, const std::string& file) {
@@ -274,7 +279,7 @@ TomlValue parse_toml(std::string_view text, const std::string& file) {
   try {
     return Converter(lines, file).value(toml::parse<toml::discard_comments, std::map>(stream, file));
   } catch (const toml::exception& error) {
-    refuse_syntax(file, error);
+    refuse_syntax(file, lines, error);
   } catch (const std::invalid_argument&) {
     throw;
   } catch (const std::exception& error) {  // of numbers, dates and characters that are none

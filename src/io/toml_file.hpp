@@ -20,14 +20,15 @@ struct TomlValue {
 
   Kind kind = Kind::Table;
   Place place;
+  std::string key;  ///< of the entry that it is in; empty for the file as a whole
   double number = 0;
   std::string text;
   Place text_begin;              ///< of the first letter; that of the value if the text has escapes or lines
   std::vector<TomlValue> items;  ///< of a list
   std::vector<Entry> entries;    ///< of a table, in the file's order
 
-  const Entry* find(std::string_view key) const;
-  std::string described() const;  ///< "the number 3", "the text 'abc'", "a table", ...
+  const Entry* find(std::string_view wanted) const;
+  std::string described() const;  ///< "mass is the number 3", "name is a list of 2", ...
 };
 
 struct TomlValue::Entry {
