@@ -6,6 +6,10 @@
 
 namespace perp {
 
+/// From an `out` that is Inaccurate: Newton's method on min(z, w) inside the proximal point method, to round-off. A of about unit
+/// diagonal.
+void try_polish(const Lcp& lcp, const LcpOptions& options, LcpSolution& out);
+
 /// Lemke's method along other covering vectors, drawn by a seed of its own.
 void try_covering_vectors(const Lcp& lcp, const LcpOptions& options, LcpSolution& out);
 

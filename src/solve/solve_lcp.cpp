@@ -60,23 +60,30 @@ LcpSolution lemke(const Lcp& lcp, const LemkeOptions& options) {
 }
 
 LcpSolution solve_lcp(const Lcp& lcp, const LcpOptions& options) {
+  check(lcp);
   constexpr int restarts = 4;
   constexpr double max_nodes = 3000, max_work = 2e10;  // relaxations; multiplications in all of them, about
   const double n = static_cast<double>(std::max<Eigen::Index>(lcp.b.size(), 1));
   const int nodes = static_cast<int>(std::min(max_nodes, 1 + max_work / (8 * n * n * n)));
-  LcpSolution solution = lemke(lcp, {.max_pivots = options.max_pivots, .tolerance = options.tolerance});
-  if (decided(solution)) return solution;
+  const Scaling symmetric = equilibrate(lcp.A, true);
+  const Lcp balanced = scaled_by(symmetric, lcp);
+  LcpSolution solution;
+  LemkeSolver({.max_pivots = options.max_pivots, .tolerance = options.tolerance})
+      .solve(balanced.A, balanced.b, solution);
+  try_polish(balanced, options, solution);
+  if (decided(solution)) {
+    unscale(lcp, symmetric, solution);
+    return solution;
+  }
 
   const Scaling scaling = equilibrate(lcp.A, false);
   const Lcp scaled = scaled_by(scaling, lcp);
   const int pivots = solution.pivots;
-  LemkeSolver({.max_pivots = options.max_pivots,
-               .tolerance = options.tolerance,
-
-               .restarts = restarts})
+  LemkeSolver({.max_pivots = options.max_pivots, .tolerance = options.tolerance, .restarts = restarts})
       .solve(scaled.A, scaled.b, solution);
   solution.stage = "lemke, equilibrated";
   solution.pivots += pivots;
+  try_polish(scaled, options, solution);
   if (!decided(solution)) try_certificate(scaled, solution);
   if (!decided(solution)) try_covering_vectors(scaled, options, solution);
   if (!decided(solution)) try_branches(scaled, options, nodes, solution);

@@ -104,7 +104,7 @@ bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& 
     if (!solution.solved()) solution = solve_lcp(lcp);
     answer.solver = solution.stage;
     answer.iterations += solution.pivots + (solution.stage == "lemke" ? 0 : pivots);
-    if (!solution.solved()) {
+    if (!solution.solved() && solution.status != LcpStatus::Inaccurate) {  // the certificate judges that one
       report.message = "the LCP of an island of " + std::to_string(islands[i].contacts.size()) +
                        " contacts was not solved: " + std::string(name_of(solution.status));
       return false;
@@ -137,8 +137,8 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
     const double gap = w.gap_term[index], p_n = problem.r[row];
     answer.normal_residual = std::max(answer.normal_residual,
                                       std::abs(std::min(gap + u.x(), problem.reduced.diagonal[row] * p_n)));
-    answer.speed_scale =
-        std::max({answer.speed_scale, std::abs(gap), c.velocity(w.nu_free).cwiseAbs().maxCoeff()});
+    answer.speed_scale = std::max({answer.speed_scale, std::abs(gap), problem.reduced.diagonal[row] * p_n,
+                                   c.velocity(w.nu_free).cwiseAbs().maxCoeff()});
   }
   for (std::size_t i = 0; i < island.joint_frictions.size(); ++i) {
     const int index = island.joint_frictions[i], row = problem.reduced.friction_row(static_cast<int>(i));

@@ -124,10 +124,10 @@ bool solve_mixed(const Model& model, const Instant& s, const std::vector<Vector2
   const Vector w = mixed.D * solution.u + mixed.B * solution.v + mixed.b;
   for (int i = 0; i < nc; ++i) {
     answer.p(0, active[at(i)]) = p_n[i];
+    const double caused = mobility(W_n.col(i)) * p_n[i];
     answer.speed_scale =
-        std::max(answer.speed_scale, std::abs(mixed.b[i]) + std::abs(W_n.col(i).dot(nu_free)));
-    answer.normal_residual =
-        std::max(answer.normal_residual, std::abs(std::min(w[i], mobility(W_n.col(i)) * p_n[i])));
+        std::max({answer.speed_scale, std::abs(mixed.b[i]), std::abs(W_n.col(i).dot(nu_free)), caused});
+    answer.normal_residual = std::max(answer.normal_residual, std::abs(std::min(w[i], caused)));
   }
   int j = 0;
   for (int i = 0; i < nc; ++i) {

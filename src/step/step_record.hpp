@@ -29,7 +29,7 @@ struct Answer {
   std::vector<char> slips;       ///< of each contact
   double normal_residual = 0;    ///< [m/s]
   double friction_residual = 0;  ///< [m/s]
-  double speed_scale = 0;        ///< largest speed that entered the problem [m/s]
+  double speed_scale = 0;  ///< largest speed that enters the step's equations, w_nn p_n among them [m/s]
   int iterations = 0;
   std::string_view solver = "none";
 

@@ -41,7 +41,9 @@ TEST_CASE("every built-in gap changes at the rate that its normal and point prom
   };
   for (const Named& g : gaps) {
     CAPTURE(g.name);
-    const GapCheck check = check_gap(g.gap, {.X_WB = g.X_WB});
+    GapCheckOptions options;
+    options.X_WB = g.X_WB;
+    const GapCheck check = check_gap(g.gap, options);
     CAPTURE(check.rate_error, check.normal_length_error, check.time_error);
     CHECK(check.passed);
   }

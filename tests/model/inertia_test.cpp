@@ -28,7 +28,8 @@ TEST_CASE("principal axes of a turned tensor are found and are right-handed", "[
 TEST_CASE("an inertia that no body can have is refused, a flat body's is not", "[inertia]") {
   CHECK_NOTHROW(Inertia::principal(1, {1, 2, 3}));  // flat: I1 + I2 = I3
   CHECK_NOTHROW(Inertia::principal(1, {1, 2, 3 * (1 + 1e-13)}));
-  CHECK_THROWS_WITH(Inertia::principal(1, {1, 2, 3 * (1 + 1e-11)}), Contains("1 2 3") && Contains("no body"));
+  CHECK_THROWS_WITH(Inertia::principal(1, {1, 2, 3 * (1 + 1e-11)}),
+                    Contains("3.00000000003") && Contains("no body"));
   CHECK_THROWS_WITH(Inertia::principal(1, {0, 1, 1}), Contains("principal moments") && Contains("positive"));
   CHECK_THROWS_WITH(Inertia::principal(1, {-1, 1, 1}), Contains("positive"));
   Matrix3 skew = Matrix3::Identity();

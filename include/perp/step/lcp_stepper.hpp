@@ -22,7 +22,7 @@ struct LcpStepperOptions {
   int edges = 8;  ///< of the friction polygon at spatial contacts, >= 3
   LcpForm form = LcpForm::Condensed;
   bool anitescu_potra = false;  ///< gap rows W_n^T nu+ + dPsi/dt >= 0, without psi_n/h: `lcp-ap`
-  double tolerance = 1e-9;      ///< of the residuals, relative to the step's speeds [-]
+  double tolerance = 1e-10;  ///< of the residuals, relative to the speeds that enter the step's equations [-]
 };
 
 /// A step of the seed's (25)-(38): M, W, k at the start of the step (t_l), impulses that satisfy at its end
