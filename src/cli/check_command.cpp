@@ -37,7 +37,7 @@ int degrees_of_freedom(const Model& model, const Instant& now) {
   return model.nv() - static_cast<int>(Eigen::ColPivHouseholderQR<Matrix>(W).rank());
 }
 
-/// A violation above rounding: larger than 1e-10 of the scene's extent (its largest coordinate, lever arm or speed).
+/// A violation above rounding, in relation to the scene's extent (its largest coordinate, lever arm or speed).
 class Violations {
  public:
   Violations(const Scene& scene, const Instant& now) {
@@ -46,12 +46,13 @@ class Violations {
       length_ = std::max(length_, c.position.cwiseAbs().maxCoeff());
     for (const JointGeometry& j : scene.model.joints())
       length_ = std::max({length_, j.anchor_a.norm(), j.anchor_b.norm()});
-    for (const Twist& V : now.V) speed_ = std::max({speed_, V.v.norm(), V.w.norm() * std::max(length_, 1.)});
+    for (const Twist& V : now.V) speed_ = std::max({speed_, V.v.norm(), V.w.norm() * length_});
   }
-  bool length(double x) const { return x > 1e-10 * length_; }
-  bool speed(double u) const { return u > 1e-10 * speed_; }
+  bool length(double x) const { return x > rounding * length_; }
+  bool speed(double u) const { return u > rounding * speed_; }
 
  private:
+  static constexpr double rounding = 1e-10;  ///< of starts that were typed with 10 digits or more
   double length_ = 0, speed_ = 0;
 };
 

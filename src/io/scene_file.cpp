@@ -319,9 +319,12 @@ Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
   if (!path && !std::filesystem::exists(name_or_file, none))
     refuse("scene", "SCENE", name_or_file, "needs to be a file or " + one_of(names, name_or_file));
   std::ifstream stream(name_or_file, std::ios::binary);
-  std::ostringstream text;
-  if (!std::filesystem::is_regular_file(name_or_file, none) || !(text << stream.rdbuf()))
+  if (!stream || !std::filesystem::is_regular_file(name_or_file, none))
     refuse_at(name_or_file, {}, "a file that cannot be read", "needs a scene file");
+  if (const auto size = std::filesystem::file_size(name_or_file, none); size > longest_toml)
+    refuse_at(name_or_file, {}, std::to_string(size) + " bytes", "needs to have 100 MB at most");
+  std::ostringstream text;
+  if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
   return read_scene(text.view(), name_or_file, set);
 }
 

@@ -33,7 +33,6 @@ class Lines {
   std::vector<std::size_t> begins_{0};
 };
 
-constexpr std::size_t longest = 100'000'000;  // bytes
 constexpr int deepest = 32;  // brackets within brackets, and dots in a key: the parser recurses over both
 
 /// Refuses what a recursive parser should not be given: before it, one pass over the bytes.
@@ -42,7 +41,7 @@ class Inspection {
   Inspection(const Lines& lines, const std::string& file) : lines_(lines), text_(lines.text()), file_(file) {}
 
   void run() {
-    if (text_.size() > longest)
+    if (text_.size() > longest_toml)
       refuse_at(file_, {}, std::to_string(text_.size()) + " bytes",
                 "a scene file needs to have 100 MB at most");
     while (at_ < text_.size()) {

@@ -1,7 +1,6 @@
 // TOML read into a tree in which everything knows its line and column.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,6 +39,8 @@ struct TomlValue::Entry {
 /// Throws std::invalid_argument with "FILE:LINE:COLUMN: what was found, what is allowed".
 [[noreturn]] void refuse_at(std::string_view file, const Place& place, std::string_view found,
                             std::string_view allowed);
+
+inline constexpr std::size_t longest_toml = 100'000'000;  ///< bytes
 
 /// Reads `text` as TOML 1.0, whatever the locale. Throws through refuse_at for what is not TOML, for a text that is not
 /// UTF-8, and for one that is longer than 100 MB or nests deeper than 32.
