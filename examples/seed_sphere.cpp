@@ -1,4 +1,4 @@
-// The seed's example [Tri03, Sec. 4]: a sphere thrown along a plane slides until its spin has caught up, then
+// The seed's example [T03, Sec. 4]: a sphere thrown along a plane slides until its spin has caught up, then
 // rolls. Prints each step beside the exact motion and writes the data of the paper's Figures 8 and 9 into a folder
 // (`out`, or the one named); examples/seed_sphere.gnuplot draws them.
 #include <cmath>
