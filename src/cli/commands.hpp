@@ -16,9 +16,11 @@ enum ExitStatus {
 // Each adds its subcommand to `perp`. When the command line names it, it runs while the line is parsed and
 // leaves in `status` how it ended; it throws as the library does.
 void add_run_command(CLI::App& perp, int& status);
+void add_study_command(CLI::App& perp, int& status);
 void add_scenes_command(CLI::App& perp, int& status);
 void add_check_command(CLI::App& perp, int& status);
 void add_methods_command(CLI::App& perp, int& status);
 void add_solve_command(CLI::App& perp, int& status);
+void add_generate_command(CLI::App& perp, int& status);
 
 }  // namespace perp

@@ -20,10 +20,12 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   int status = Done;
   add_run_command(app, status);
+  add_study_command(app, status);
   add_scenes_command(app, status);
   add_check_command(app, status);
   add_methods_command(app, status);
   add_solve_command(app, status);
+  add_generate_command(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& wanted_text) {  // --help, --version

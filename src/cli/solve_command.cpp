@@ -14,6 +14,8 @@
 #include "cli/commands.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/csv_file.hpp"
+#include "perp/solve/friction_io.hpp"
+#include "perp/solve/friction_solver.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/solve/problem_io.hpp"
 
@@ -104,6 +106,45 @@ Answer solve_mixed_lcp_file(const std::string& file, const SolveRequest& request
   return answer;
 }
 
+FrictionMethod friction_method(const std::string& solver) {
+  if (solver == "newton") return FrictionMethod::Newton;
+  if (solver == "interior-point") return FrictionMethod::InteriorPoint;
+  if (solver == "gauss-seidel") return FrictionMethod::GaussSeidel;
+  if (solver == "ipopt") return FrictionMethod::Ipopt;
+  return FrictionMethod::Chain;
+}
+
+Answer solve_friction_file(const std::string& file, const SolveRequest& request) {
+  need_solver(request, "friction", {"chain", "newton", "interior-point", "gauss-seidel", "ipopt"});
+  const FrictionProblem problem = read_friction_problem(file);
+  const Stopwatch watch;
+  const FrictionSolution solution =
+      solve_friction(problem, {.tolerance = request.tolerance, .method = friction_method(request.solver)});
+  Answer answer{.status = std::string(to_string(solution.status)),
+                .stage = std::string(to_string(solution.stage)),
+                .seconds = watch.seconds()};
+  constexpr Eigen::Index most_rows = 400;  // of a dense rank; above it the column stays empty
+  if (problem.rows() <= most_rows)
+    answer.rank = static_cast<double>(to_local(problem).W.to_dense().fullPivLu().rank());
+  answer.contacts = static_cast<double>(problem.blocks());
+  answer.iterations = solution.iterations;
+  answer.residual_absolute = solution.residuals.absolute;
+  answer.residual_relative = solution.residuals.relative;
+  answer.residual_file = solution.residuals.file;
+  if (!request.solutions.empty()) {
+    CsvFile csv(solution_path(request, file), {"contact", "rn", "rt1", "rt2", "un", "ut1", "ut2"});
+    const std::vector<Eigen::Index> first = problem.offsets();
+    for (int i = 0; i < static_cast<int>(problem.blocks()); ++i) {
+      csv.cell(i);
+      for (const Vector& x : {solution.r, solution.u})
+        for (Eigen::Index k = first[i]; k < first[i] + 3; ++k) csv.cell(k < first[i + 1] ? x(k) : 0.0);
+      csv.end_row();
+    }
+    csv.finish();
+  }
+  return answer;
+}
+
 // What a file's first whole numbers look like decides its kind where the command line does not.
 using Beginning = std::vector<int>;
 
@@ -134,6 +175,11 @@ bool looks_like_mixed_lcp(const Beginning& x) {
          (x[0] == 0 || x[4] == 0);
 }
 
+// 2 or 3 rows a contact, the contacts, then a storage.
+bool looks_like_friction(const Beginning& x) {
+  return x.size() >= 4 && (x[0] == 2 || x[0] == 3) && x[1] >= 0 && is_storage(x[2]);
+}
+
 struct Kind {
   const char* name;
   bool (*looks_like)(const Beginning&);
@@ -143,9 +189,11 @@ struct Kind {
 constexpr std::array kinds{
     Kind{"lcp", looks_like_lcp, solve_lcp_file},
     Kind{"mlcp", looks_like_mixed_lcp, solve_mixed_lcp_file},
+    Kind{"friction", looks_like_friction, solve_friction_file},
 };
 
 const Kind& kind_of(const std::string& file, const std::string& named) {
+  if (named.empty() && is_hdf5_file(file)) return kind_of(file, "friction");
   const Beginning beginning = named.empty() ? beginning_of(file) : Beginning{};
   std::string names;
   for (const Kind& kind : kinds) {
@@ -214,7 +262,8 @@ void add_solve_command(CLI::App& perp, int& status) {
     bool csv = false;
   };
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = perp.add_subcommand("solve", "Solve the problems in files: LCPs, mixed LCPs");
+  CLI::App* command =
+      perp.add_subcommand("solve", "Solve the problems in files: contacts with friction, LCPs, mixed LCPs");
   command->add_option("FILE", arguments->files, "Problem files")->required();
   std::vector<std::string> names;
   for (const Kind& kind : kinds) names.emplace_back(kind.name);

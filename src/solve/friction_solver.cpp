@@ -8,10 +8,15 @@
 #include "friction_stages.hpp"
 #include "global_form.hpp"
 #include "ipopt_stage.hpp"
+#include "minimum_norm.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
 namespace {
+
+double pass_error(const FrictionResidual& residuals) {
+  return std::max(residuals.relative, 0.01 * residuals.absolute);
+}
 
 /// The chain over one scaled problem. `best` only ever improves.
 class Chain {
@@ -171,20 +176,29 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
   }
 
   solution.r = system.reaction(chain.best.r, offsets);
-  if (options.reactions == Reactions::MinimumNorm && chain.solved()) {
-    // tried in the solver's own numbers, kept only if it still passes
-  }
   solution.stage = chain.stage;
   solution.iterations = budget.iterations;
-  if (response) {
-    response->velocity(problem.H.times(solution.r) + problem.f, solution.v, solution.lambda);
-    solution.u = problem.H.to_sparse().transpose() * solution.v + problem.w;
-  } else {
-    solution.u = problem.W.times(solution.r) + problem.q;
+  const auto finish = [&](FrictionSolution& s) {
+    if (response) {
+      response->velocity(problem.H.times(s.r) + problem.f, s.v, s.lambda);
+      s.u = problem.H.to_sparse().transpose() * s.v + problem.w;
+    } else {
+      s.u = problem.W.times(s.r) + problem.q;
+    }
+    s.residuals = friction_residual(problem, system, s.r, s.u);
+  };
+  finish(solution);
+  if (options.reactions == Reactions::MinimumNorm && chain.solved() && problem.blocks() > 0) {
+    const Matrix W = to_local(problem).W.to_dense();
+    if (const auto shortest = minimum_norm_reactions(problem, W, solution.r, solution.u)) {
+      FrictionSolution other = solution;
+      other.r = *shortest;
+      finish(other);
+      if (pass_error(other.residuals) <= options.tolerance) solution = std::move(other);
+    }
   }
-  solution.residuals = friction_residual(problem, system, solution.r, solution.u);
   solution.residual = solution.residuals.relative;
-  if (std::max(solution.residual, 0.01 * solution.residuals.absolute) <= options.tolerance) {
+  if (pass_error(solution.residuals) <= options.tolerance) {
     solution.status = FrictionStatus::Solved;
     solution.certificate.resize(0);
   } else if (solution.certificate.size() > 0) {

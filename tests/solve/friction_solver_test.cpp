@@ -1,0 +1,213 @@
+#include "perp/solve/friction_solver.hpp"
+
+#include <catch2/catch.hpp>
+#include <Eigen/Dense>
+
+#include "friction_examples.hpp"
+
+using namespace perp;
+
+namespace {
+
+/// Whether what the solution claims holds, by other means than the library's.
+bool claims_hold(const FrictionProblem& problem, const FrictionSolution& s) {
+  if (!s.r.allFinite() || !s.u.allFinite()) return false;
+  const SecondOpinion opinion = second_opinion(problem, s.r);
+  const double round_off = 1e-14 * (1 + opinion.absolute);
+  if (std::abs(opinion.relative - s.residual) > 1e-3 * opinion.relative + round_off) return false;
+  const bool passes = opinion.relative <= 1.001e-10 && opinion.absolute <= 1.001e-8;
+  if (s.status == FrictionStatus::Solved) return passes;
+  if (s.status == FrictionStatus::BestFound)
+    return opinion.relative > 0.999e-10 || opinion.absolute > 0.999e-8;
+  const Vector& y = s.certificate;  // y >= 0 on normals alone, W^T y = 0, q^T y < 0
+  if (y.size() != problem.q.size()) return false;
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    if (i % 3 == 0 ? y(i) < 0 : y(i) != 0) return false;
+  const Matrix W = problem.W.to_dense();
+  return (W.transpose() * y).norm() < 1e-8 * W.norm() * y.norm() && problem.q.dot(y) < 0;
+}
+
+}  // namespace
+
+TEST_CASE("a cube under a small push stays, under a large one slides with mu N against it", "[friction]") {
+  const double mu = 0.5;
+  const FrictionSolution stuck = solve_friction(cube_on_plane({2, 0, -10}, mu));
+  REQUIRE(stuck.solved());
+  CHECK(stuck.v.norm() < 1e-12);
+  const FrictionSolution slides = solve_friction(cube_on_plane({3, 4, -10}, 0.2));
+  REQUIRE(slides.solved());
+  CHECK((slides.v.head(3) - Vector3(3 - 0.6 * 2, 4 - 0.8 * 2, 0)).norm() < 1e-12);
+}
+
+TEST_CASE("of 5,000 random problems of any rank every status holds by a second opinion", "[friction]") {
+  int solved = 0, none = 0;
+  for (unsigned seed = 0; seed < 5000; ++seed) {
+    const FrictionProblem problem = random_friction_problem(seed);
+    const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
+    CAPTURE(seed, to_string(s.status), s.residual);
+    REQUIRE(claims_hold(problem, s));
+    solved += s.solved();
+    none += s.status == FrictionStatus::NoSolution;
+  }
+  CHECK(solved > 3000);
+  CHECK(none > 100);
+  CHECK(solved + none > 4500);
+}
+
+TEST_CASE("of 100,000 random problems of any rank every status holds by a second opinion",
+          "[friction][slow]") {
+  for (unsigned seed = 10000; seed < 110000; ++seed) {
+    const FrictionProblem problem = random_friction_problem(seed);
+    const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
+    CAPTURE(seed, to_string(s.status), s.residual);
+    REQUIRE(claims_hold(problem, s));
+  }
+}
+
+TEST_CASE("the same problem gives the same bits", "[friction]") {
+  const FrictionProblem problem = random_friction_problem(77);
+  const FrictionSolution a = solve_friction(problem), b = solve_friction(problem);
+  CHECK(a.r == b.r);
+  CHECK(a.iterations == b.iterations);
+}
+
+TEST_CASE("grams and tonnes give the same motion", "[friction]") {
+  const FrictionSolution kilogram = solve_friction(cube_on_plane({3, 4, -10}, 0.2));
+  for (const double unit : {1e-3, 1e3, 1e9}) {
+    CAPTURE(unit);
+    const FrictionSolution other = solve_friction(cube_on_plane(unit * Vector3(3, 4, -10), 0.2, unit));
+    REQUIRE(other.solved());
+    CHECK((other.v - kilogram.v).norm() < 1e-12);
+    CHECK((other.r.sum() - unit * kilogram.r.sum()) == Approx(0).margin(1e-11 * unit));
+  }
+}
+
+TEST_CASE("one contact given ten times moves as given once", "[friction]") {
+  const Matrix W = Matrix3::Identity() * 2;
+  const Vector3 q(-1, 0.7, 0.2);
+  const double mu = 0.3;
+  FrictionProblem once, tenfold;
+  once.W = W;
+  once.q = q;
+  once.mu = Vector::Constant(1, mu);
+  tenfold.W = W.replicate(10, 10);
+  tenfold.q = q.replicate(10, 1);
+  tenfold.mu = Vector::Constant(10, mu);
+  const FrictionSolution a = solve_friction(once), b = solve_friction(tenfold);
+  REQUIRE(a.solved());
+  REQUIRE(b.solved());
+  for (int i = 0; i < 10; ++i) CHECK((a.u - b.u.segment(3 * i, 3)).norm() < 1e-12);
+}
+
+TEST_CASE("friction that vanishes tends to no friction, and none is the half line", "[friction]") {
+  const Vector3 force(3, 4, -10);
+  const FrictionSolution none = solve_friction(cube_on_plane(force, 0));
+  const FrictionSolution little = solve_friction(cube_on_plane(force, 1e-6));
+  const FrictionSolution rough = solve_friction(cube_on_plane(force, 10));
+  REQUIRE(none.solved());
+  REQUIRE(little.solved());
+  REQUIRE(rough.solved());
+  CHECK((none.v.head(2) - force.head(2)).norm() < 1e-12);
+  CHECK((little.v - none.v).norm() < 2e-5);
+  CHECK(rough.v.norm() < 1e-11);
+}
+
+TEST_CASE("without free velocity nothing pushes", "[friction]") {
+  FrictionProblem problem = random_friction_problem(9);
+  problem.q.setZero();
+  const FrictionSolution s = solve_friction(problem);
+  REQUIRE(s.solved());
+  CHECK(s.r.norm() == 0);
+}
+
+TEST_CASE("a half line, planar friction and a joint's interval follow their laws in one problem",
+          "[friction]") {
+  FrictionProblem
+      problem;  // three bodies apart: a push down, a slide along a line, a joint against its friction
+  problem.W = Matrix::Identity(4, 4);
+  problem.q = Eigen::Vector4d(-1, -2, 3, 5);
+  problem.mu = Vector3(0, 0.5, 2);
+  problem.kinds = {BlockKind::HalfLine, BlockKind::Planar, BlockKind::Interval};
+  for (const FrictionMethod method :
+       {FrictionMethod::Chain, FrictionMethod::InteriorPoint, FrictionMethod::GaussSeidel}) {
+    const FrictionSolution s = solve_friction(problem, {.method = method});
+    REQUIRE(s.solved());
+    CHECK((s.r - Eigen::Vector4d(1, 2, -1, -2)).norm() < 1e-11);
+    CHECK((s.u - Eigen::Vector4d(0, 0, 2, 3)).norm() < 1e-11);
+  }
+}
+
+TEST_CASE("each stage alone answers and is named", "[friction]") {
+  const FrictionProblem problem = cube_on_plane({3, 4, -10}, 0.2);
+  const auto [method, stage] = GENERATE(
+      table<FrictionMethod, FrictionStage>({{FrictionMethod::Newton, FrictionStage::Newton},
+                                            {FrictionMethod::InteriorPoint, FrictionStage::InteriorPoint},
+                                            {FrictionMethod::GaussSeidel, FrictionStage::GaussSeidel},
+                                            {FrictionMethod::Ipopt, FrictionStage::Ipopt}}));
+  if (method == FrictionMethod::Ipopt && !has_ipopt()) return;
+  const FrictionSolution s = solve_friction(problem, {.method = method});
+  CAPTURE(to_string(stage));
+  REQUIRE(s.solved());
+  CHECK(s.stage == stage);
+}
+
+TEST_CASE("a limit on iterations is kept and the best point told as such", "[friction]") {
+  const FrictionProblem problem = random_friction_problem(1234);
+  const FrictionSolution s = solve_friction(problem, {.max_iterations = 1});
+  CHECK(s.iterations <= 1);
+  CHECK(claims_hold(problem, s));
+}
+
+TEST_CASE("a contact that closes from both sides is proved to have no solution", "[friction]") {
+  FrictionProblem problem;  // one freedom along the normal, squeezed
+  Matrix H = Matrix::Zero(1, 6);
+  H(0, 0) = 1;
+  H(0, 3) = -1;
+  problem.W = Matrix(H.transpose() * H);
+  problem.q = Vector::Zero(6);
+  problem.q(0) = problem.q(3) = -1;
+  problem.mu = Vector::Constant(2, 0.5);
+  const FrictionSolution s = solve_friction(problem);
+  REQUIRE(s.status == FrictionStatus::NoSolution);
+  CHECK(claims_hold(problem, s));
+}
+
+TEST_CASE("minimum norm shares a cube's weight equally over its corners", "[friction]") {
+  const FrictionProblem problem = cube_on_plane({0, 0, -10}, 0.5);
+  Vector uneven = Vector::Zero(12);  // two opposite corners carry it all
+  uneven(0) = uneven(9) = 5;
+  const FrictionSolution any = solve_friction(problem, {.start = uneven});
+  const FrictionSolution least =
+      solve_friction(problem, {.reactions = Reactions::MinimumNorm, .start = uneven});
+  REQUIRE(any.solved());
+  REQUIRE(least.solved());
+  CHECK(least.r.norm() < any.r.norm());
+  for (int corner = 0; corner < 4; ++corner) CHECK(least.r(3 * corner) == Approx(2.5).epsilon(1e-9));
+}
+
+TEST_CASE("a warm start with q changed by one percent needs few Newton steps", "[friction]") {
+  int others = 0, many = 0;
+  constexpr int runs = 200;
+  for (unsigned seed = 0; seed < runs; ++seed) {
+    Draw draw(seed);
+    FrictionProblem problem =
+        cube_on_plane(Vector3(draw.uniform(-9, 9), draw.uniform(-9, 9), -10), draw.uniform(0.1, 1));
+    const FrictionSolution before = solve_friction(problem);
+    REQUIRE(before.solved());
+    problem.f += 0.01 * problem.f.norm() * draw.matrix(6, 1) / std::sqrt(6.0);
+    const FrictionSolution after = solve_friction(problem, {.start = before.r});
+    REQUIRE(after.solved());
+    others += after.stage != FrictionStage::Newton && after.stage != FrictionStage::None;
+    many += after.iterations > 6;
+  }
+  CHECK(others <= runs / 50);
+  CHECK(many <= runs / 10);
+}
+
+TEST_CASE("options out of range are refused by name", "[friction]") {
+  const FrictionProblem problem = random_friction_problem(1);
+  CHECK_THROWS_WITH(static_cast<void>(solve_friction(problem, {.tolerance = 0})),
+                    Catch::Contains("tolerance"));
+  CHECK_THROWS_WITH(static_cast<void>(solve_friction(problem, {.start = Vector::Zero(1)})),
+                    Catch::Contains("start"));
+}

@@ -1,0 +1,43 @@
+#include "perp/study/friction_families.hpp"
+
+#include <catch2/catch.hpp>
+#include <Eigen/Dense>
+
+#include "perp/solve/friction_solver.hpp"
+
+using namespace perp;
+
+TEST_CASE("a family's member is the same every time and other members differ", "[families]") {
+  const FrictionProblem a = friction_family("stack", 7, 3), b = friction_family("stack", 7, 3);
+  CHECK(a.f == b.f);
+  CHECK(Matrix(a.H.to_dense()) == Matrix(b.H.to_dense()));
+  CHECK_FALSE(friction_family("box4", 7, 3).f == friction_family("box4", 7, 4).f);
+  CHECK_FALSE(friction_family("box4", 7, 3).f == friction_family("box4", 8, 3).f);
+}
+
+TEST_CASE("a third of a family's members have more than a hundred contacts where it can", "[families]") {
+  for (const char* family : {"stack", "wall", "kapla", "spheres", "peg", "wedge", "infeasible-peg"}) {
+    CAPTURE(family);
+    for (const int index : {2, 5}) CHECK(friction_family(family, 1, index).blocks() > 100);
+  }
+}
+
+TEST_CASE("the chain solves the families' first members, and proves the infeasible ones to be so",
+          "[families]") {
+  for (const std::string& family : friction_families())
+    for (int index = 0; index < 6; ++index) {
+      const FrictionProblem problem = friction_family(family, 2024, index);
+      const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
+      CAPTURE(family, index, problem.blocks(), s.residual, s.residuals.absolute);
+      if (family == "infeasible-peg") {
+        CHECK(s.status == FrictionStatus::NoSolution);
+      } else {
+        CHECK(s.status == FrictionStatus::Solved);
+        CHECK(friction_residual(to_local(problem), s.r).relative < 1e-9);  // as the local form sees it
+      }
+    }
+}
+
+TEST_CASE("an unknown family is refused with the known ones", "[families]") {
+  CHECK_THROWS_WITH(friction_family("pyramid", 1, 0), Catch::Contains("pyramid") && Catch::Contains("kapla"));
+}
