@@ -239,10 +239,14 @@ class Converter {
 }  // namespace
 
 void refuse_at(std::string_view file, const Place& place, std::string_view found, std::string_view allowed) {
-  std::ostringstream message;
-  message.imbue(std::locale::classic());
-  message << file << ':' << place.line << ':' << place.column << ": " << found << ", " << allowed;
-  throw std::invalid_argument(message.str());
+  constexpr std::size_t readable = 200;  // what was found stays one line, and a short one
+  std::string shown(found.substr(0, readable));
+  for (char& c : shown)
+    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  if (found.size() > readable) shown += "...";
+  std::string message(file);
+  message.append(":").append(std::to_string(place.line)).append(":").append(std::to_string(place.column));
+  throw std::invalid_argument(message.append(": ").append(shown).append(", ").append(allowed));
 }
 
 const TomlValue::Entry* TomlValue::find(std::string_view wanted) const {

@@ -356,6 +356,8 @@ TEST_CASE("what is not TOML is refused with its line and column", "[scene_file]"
   for (int i = 0; i < 100000; ++i) dots += ".a";
   CHECK_THAT(message_of(dots + " = 1"), Contains("nest deeper than 32"));
   CHECK_THAT(message_of(std::string(100'000'001, ' ')), Contains("100 MB at most"));
+  CHECK_THAT(message_of("[[body]]\nkind = \"a\\nb\"\n"),
+             StartsWith("s.toml:2:8: kind is 'a b', needs one of"));
   CHECK(message_of("") == "read");
 }
 

@@ -204,6 +204,7 @@ TEST_CASE("a scene file with a few bytes changed is refused at a line that it ha
       if (!answer.read) {
         const auto count = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
         CHECK(answer.line >= 1);
+        CHECK(answer.message.find('\n') == std::string::npos);
         CHECK(answer.line <= count + 1);
         ++refused;
       }
