@@ -92,13 +92,21 @@ class Chain {
     newton(system_, newton_options, options_.tolerance, budget_, point);
   }
 
-  /// Three Newton methods in turn, until one reaches the tolerance.
+  /// A few steps towards round-off where redundant contacts made Newton stall below the tolerance.
+  void sharpen(Iterate& point) {
+    constexpr double round_off = 1e-13;
+    if (point.error <= options_.tolerance && point.error > round_off)
+      newton_from(point, {.most = 5, .fischer_burmeister = true});
+  }
+
+  /// Four Newton methods in turn, until one reaches the tolerance.
   void polish(Iterate& point) {
     const auto passed = [&] { return point.error <= options_.tolerance; };
     newton_from(point, {.most = 30});
     if (!passed()) newton_from(point, {.most = 30, .fischer_burmeister = true});
     if (!passed()) newton_from(point, {.most = 30, .rho = 0.1});
     if (!passed()) newton_from(point, {.most = 30, .rho = 10});
+    sharpen(point);
   }
 
   const ContactSystem& system_;

@@ -6,22 +6,20 @@
 
 namespace perp {
 
-bool VelocityOperator::suits(const FrictionProblem& global) {
-  if (!global.is_global() || global.G.cols() > 0) return false;
-  for (const std::vector<int>& rows : connected_blocks(global.M.to_sparse()))
-    if (rows.size() > 6) return false;
-  return true;
-}
-
 namespace {
 
 constexpr double regularisation = 1e-8;  // delta of the header, beside tr W_ii = rows [-]
 
-/// Rows that go into one 6x6 block: blocks of M in their order, joined while they fit. A body whose inertia is
-/// diagonal falls into six blocks of M; joined they are one again, and joining more costs nothing but zeros.
-std::vector<std::vector<int>> bodies_of(const SparseMatrix& M) {
+/// Rows that go into one 6x6 block: blocks of M that a contact touches, in their order, joined while they fit. A
+/// body whose inertia is diagonal falls into six blocks of M; joined they are one again, and joining more costs
+/// nothing but zeros.
+std::vector<std::vector<int>> bodies_of(const SparseMatrix& M, const SparseMatrix& H) {
+  std::vector<char> touched(M.rows(), false);
+  for (Eigen::Index c = 0; c < H.cols(); ++c)
+    for (SparseMatrix::InnerIterator it(H, c); it; ++it) touched[it.row()] = true;
   std::vector<std::vector<int>> bodies;
   for (const std::vector<int>& rows : connected_blocks(M)) {
+    if (std::none_of(rows.begin(), rows.end(), [&](int row) { return touched[row]; })) continue;
     if (bodies.empty() || bodies.back().size() + rows.size() > 6) bodies.emplace_back();
     bodies.back().insert(bodies.back().end(), rows.begin(), rows.end());
   }
@@ -30,12 +28,19 @@ std::vector<std::vector<int>> bodies_of(const SparseMatrix& M) {
 
 }  // namespace
 
+bool VelocityOperator::suits(const FrictionProblem& global) {
+  if (!global.is_global() || global.G.cols() > 0) return false;
+  const std::vector<std::vector<int>> bodies = bodies_of(global.M.to_sparse(), global.H.to_sparse());
+  return static_cast<Eigen::Index>(bodies.size()) <= global.blocks() &&
+         std::all_of(bodies.begin(), bodies.end(), [](const auto& rows) { return rows.size() <= 6; });
+}
+
 VelocityOperator::VelocityOperator(const FrictionProblem& global, const std::vector<BlockKind>& kind)
     : contacts_(static_cast<int>(global.blocks())) {
   const SparseMatrix M = global.M.to_sparse(), H = global.H.to_sparse();
-  const std::vector<std::vector<int>> rows = bodies_of(M);
+  const std::vector<std::vector<int>> rows = bodies_of(M, H);
   bodies_ = static_cast<int>(rows.size());
-  std::vector<int> body(M.rows()), slot(M.rows());
+  std::vector<int> body(M.rows(), -1), slot(M.rows());
   mass_.assign(bodies_, Block6::Identity());  // identity on the rows that a smaller block lacks
   for (int b = 0; b < bodies_; ++b)
     for (int k = 0; k < static_cast<int>(rows[b].size()); ++k) {
@@ -45,7 +50,7 @@ VelocityOperator::VelocityOperator(const FrictionProblem& global, const std::vec
     }
   for (int c = 0; c < M.cols(); ++c)
     for (SparseMatrix::InnerIterator it(M, c); it; ++it)
-      mass_[body[c]](slot[it.row()], slot[c]) += it.value();
+      if (body[c] >= 0) mass_[body[c]](slot[it.row()], slot[c]) += it.value();
   for (const Block6& block : mass_) inverse_mass_.push_back(block.partialPivLu().inverse());
 
   const std::vector<Eigen::Index> offsets = global.offsets();

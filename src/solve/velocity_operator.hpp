@@ -15,7 +15,8 @@ class VelocityOperator final : public DelassusOperator {
   using Block6 = Eigen::Matrix<double, 6, 6>;
   using Wrench = Eigen::Matrix<double, 6, 3>;  ///< of one block on one body
 
-  /// Whether the problem has this form: no bilateral rows, M of small blocks.
+  /// Whether the problem has this form (no bilateral rows, M of small blocks) and gains by it: no more bodies than
+  /// contacts.
   static bool suits(const FrictionProblem& global);
   VelocityOperator(const FrictionProblem& global, const std::vector<BlockKind>& kind);
   void scale(const std::vector<double>& s);  ///< multiplies the columns of H, block by block

@@ -35,7 +35,7 @@ struct FrictionOptions {
   double tolerance = 1e-10;  ///< pass mark, see Solved; Newton goes on to round-off when it can [-]
   FrictionMethod method = FrictionMethod::Chain;
   Reactions reactions = Reactions::Any;
-  Vector start;                  ///< (m) reactions to start from, such as the last step's; empty: zero
+  Vector start{};                ///< (m) reactions to start from, such as the last step's; empty: zero
   int max_iterations = 0;        ///< over all stages; 0: each stage's own limit
   double time_limit = infinity;  ///< [s]; what is found by then depends on the machine's speed
   bool use_ipopt = true;         ///< in the chain, if the library has it
