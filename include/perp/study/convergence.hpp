@@ -53,9 +53,9 @@ enum class OrderReference {
 struct OrderRow {
   std::string method, parameter;
   OrderReference reference = OrderReference::Exact;
-  ObservedOrder q, v;         ///< of error_q (or error_limit), of error_v
-  double expected = not_set;  ///< what theory says of q; NaN where errors do not go to zero
-  int failed = 0;             ///< runs that failed
+  ObservedOrder q = {}, v = {};  ///< of error_q (or error_limit), of error_v
+  double expected = not_set;     ///< what theory says of q; NaN where errors do not go to zero
+  int failed = 0;                ///< runs that failed
 };
 
 /// All runs of one scene, with the orders that they show.

@@ -1,0 +1,155 @@
+// perp study: scenes by methods over a ladder of steps, with orders, charts and a page.
+#include <unistd.h>
+#include <charconv>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/parameters.hpp"
+#include "perp/core/errors.hpp"
+#include "perp/io/study_files.hpp"
+#include "perp/io/study_folder.hpp"
+#include "perp/step/methods.hpp"
+
+namespace perp {
+namespace {
+
+struct StudyArguments {
+  StudyRequest request;
+  StudyOptions options;
+  std::vector<std::string> set, merge;
+  std::vector<double> tolerances;
+  std::string folder, shard, velocity = "end";
+};
+
+/// I/N.
+void read_shard(const std::string& text, StudyOptions& options) {
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, options.shard);
+  if (first.ec == std::errc() && first.ptr != end && *first.ptr == '/') {
+    const auto second = std::from_chars(first.ptr + 1, end, options.shards);
+    if (second.ec == std::errc() && second.ptr == end) return;
+  }
+  refuse("perp study", "--shard", text, "needs to be I/N, I from 1 to N");
+}
+
+/// One line that is written over, on a terminal alone.
+void show_on_terminal(const StudyProgress& progress) {
+  std::fprintf(stderr, "\r\033[K[%d/%d] %s", progress.done, progress.planned, progress.next.c_str());
+  std::fflush(stderr);
+}
+
+std::string shown(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f", x);
+  return x == x ? text : "-";
+}
+
+void print_orders(const StudyOutcome& outcome) {
+  std::printf("%-20s %-10s %-10s %-9s %7s %8s %7s  %s\n", "scene", "method", "", "reference", "order",
+              "expected", "points", "note");
+  for (const ConvergenceTable& table : outcome.tables)
+    for (const OrderRow& row : table.orders)
+      std::printf("%-20s %-10s %-10s %-9s %7s %8s %7d  %s\n", table.scene.c_str(), row.method.c_str(),
+                  row.parameter.c_str(), std::string(name_of(row.reference)).c_str(),
+                  shown(row.q.order).c_str(),
+                  row.expected == row.expected ? shortest(row.expected).c_str() : "-", row.q.points,
+                  note_of(row).c_str());
+}
+
+int report(const StudyOutcome& outcome, const StudyArguments& arguments) {
+  const bool merge = !arguments.merge.empty();
+  if (!outcome.tables.empty()) print_orders(outcome);
+  std::printf("%d runs: %d made now, %d found there, %d failed\n", outcome.planned, outcome.made,
+              outcome.before, outcome.failed);
+  if (outcome.tables.empty())
+    std::printf("wrote the runs of shard %s to %s: perp study --merge makes the tables\n",
+                arguments.shard.c_str(), arguments.folder.c_str());
+  else
+    std::printf("wrote study.csv, orders.csv, charts and study.html to %s\n", arguments.folder.c_str());
+  if (!outcome.no_pictures.empty())
+    std::fprintf(stderr, "perp: no pictures: %s; their data and scripts are there\n",
+                 outcome.no_pictures.c_str());
+  if (outcome.failed > 0)
+    std::fprintf(stderr, "perp: %d runs ended at a step that did not reach its tolerance\n", outcome.failed);
+  if (outcome.left() > 0)
+    std::fprintf(stderr, "perp: %d runs are left: %s\n", outcome.left(),
+                 merge ? "a shard is missing or did not end" : "the same command goes on with them");
+  return outcome.failed > 0 || outcome.left() > 0 ? ToleranceNotReached : Done;
+}
+
+int study(StudyArguments& arguments) {
+  if (!arguments.merge.empty()) {
+    if (!arguments.request.scenes.empty() || !arguments.request.methods.empty())
+      refuse("perp study", "--merge", arguments.merge.front(),
+             "needs no scene and no method: the folders say which");
+    return report(merge_studies({arguments.merge.begin(), arguments.merge.end()}, arguments.folder),
+                  arguments);
+  }
+  if (!arguments.tolerances.empty())
+    refuse("perp study", "--tolerances", arguments.tolerances.front(),
+           "needs a method that chooses its steps by a tolerance, and none does yet");
+  arguments.request.set = read_parameters("perp study", arguments.set);
+  arguments.request.velocity = velocity_measure(arguments.velocity);
+  if (!arguments.shard.empty()) read_shard(arguments.shard, arguments.options);
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  if (terminal) arguments.options.progress = show_on_terminal;
+  const StudyOutcome outcome = run_study(arguments.request, arguments.folder, arguments.options);
+  if (terminal) std::fprintf(stderr, "\r\033[K");
+  return report(outcome, arguments);
+}
+
+}  // namespace
+
+void add_study_command(CLI::App& perp, int& status) {
+  CLI::App* command = perp.add_subcommand(
+      "study", "Run scenes by methods over a ladder of steps: errors, orders, costs, charts");
+  const auto arguments = std::make_shared<StudyArguments>();
+  StudyRequest& request = arguments->request;
+  StudyOptions& options = arguments->options;
+  command->add_option("SCENE", request.scenes, "built-in scenes (perp scenes) or scene files");
+  command->add_option("--methods", request.methods, "methods (perp methods)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("A,B,...");
+  command
+      ->add_option("--steps", request.steps,
+                   "steps h [s], or T/N for N steps; T/20, T/40, ..., T/2560 if not given")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("H1,H2,...");
+  command->add_option("--tolerances", arguments->tolerances, "of methods that choose their steps")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("R1,R2,...");
+  command->add_option("--until", request.until, "end time T [s]; each scene's own if not given");
+  command->add_option("--set", arguments->set, "a parameter of all scenes, repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--edges", request.edges, "edges of the friction polygon")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("N1,N2,...");
+  command
+      ->add_option("--envelope", request.envelope,
+                   "K step counts a level, spread over [n, 1.25 n]; the largest error counts")
+      ->type_name("K");
+  command->add_option("--velocity", arguments->velocity, "error_v: end (at T), l1 or graph (over the run)")
+      ->type_name("MEASURE");
+  command
+      ->add_option("--out", arguments->folder,
+                   "folder for tables, charts and the page; an earlier study there goes on")
+      ->required();
+  command->add_option("--budget", options.budget, "wall-clock seconds, after which no run begins")
+      ->type_name("S");
+  command->add_option("--jobs", options.jobs, "runs at a time")->type_name("N");
+  command->add_option("--shard", arguments->shard, "make part I of N alone, for --merge")->type_name("I/N");
+  command->add_option("--merge", arguments->merge, "folders of the shards to put together")
+      ->type_name("DIR...");
+  command->callback([&status, arguments] { status = study(*arguments); });
+}
+
+}  // namespace perp

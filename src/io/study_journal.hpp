@@ -1,0 +1,50 @@
+// The memory of a study: every finished run on a line of its own, on the disk before the next one begins.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "perp/study/convergence.hpp"
+
+namespace perp {
+
+/// Appends to a file FOLDER/runs.journal and reads back what stands there. A line is a checksum, a letter (R a run, M the
+/// machine on which the runs below were made) and cells, with tabs between them. One that was cut off by a crash, or does
+/// not have its checksum, is dropped: its run is made again.
+class StudyJournal {
+ public:
+  /// Opens or makes the journal and keeps others from writing to it. Throws std::invalid_argument if it cannot be written,
+  /// or if another study is writing to it now.
+  explicit StudyJournal(const std::filesystem::path& folder);
+  ~StudyJournal();
+  StudyJournal(const StudyJournal&) = delete;
+  StudyJournal& operator=(const StudyJournal&) = delete;
+
+  /// What a journal holds, without touching it; nothing if there is none.
+  struct Contents {
+    std::map<std::string, StudyRun> runs;  ///< by key, without level and method
+    std::set<std::string> machines;
+    std::size_t whole = 0;  ///< bytes up to the last whole line
+  };
+  [[nodiscard]] static Contents read(const std::filesystem::path& folder);
+
+  const Contents& contents() const { return contents_; }
+  void add_machine(const std::string& text);
+  void add_run(const std::string& key, const StudyRun& run);  ///< threads may call it at once
+
+ private:
+  void append(const std::string& cells);
+
+  int file_ = -1;
+  std::filesystem::path path_;
+  Contents contents_;
+  std::mutex one_at_a_time_;
+};
+
+/// A number that says whether two texts are the same (FNV-1a), in hexadecimal.
+[[nodiscard]] std::string fingerprint(std::string_view text);
+
+}  // namespace perp

@@ -1,0 +1,43 @@
+// A study's request made definite: which runs there are, in which order, each with a key of its own.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perp/io/study_folder.hpp"
+#include "perp/step/methods.hpp"
+
+namespace perp {
+
+/// One curve of a chart: a method with what was chosen for it.
+struct StudyLine {
+  const Method* method = nullptr;
+  MethodOptions options = {};
+
+  std::unique_ptr<Stepper> stepper() const { return method->make(options); }
+};
+
+struct PlannedRun {
+  std::size_t scene = 0, line = 0;
+  int level = 0, n = 0;
+  int shard = 0;         ///< from 0, of the number asked for
+  std::string key = {};  ///< the same for the same run in any study: of the same scene, settings and version
+};
+
+struct StudyPlan {
+  std::vector<ScenePlan> scenes;
+  std::vector<StudyLine> lines;
+  std::vector<PlannedRun> runs;  ///< in the order of study.csv
+};
+
+/// Throws std::invalid_argument for what cannot be run. Shards take the runs of a line in turn, each line beginning with
+/// another one, so that none gets all small steps.
+[[nodiscard]] StudyPlan plan_study(const StudyRequest& request, int shards = 1,
+                                   const TimingOptions& timing = {});
+
+/// The request as text, a line "WORD VALUE" for each thing asked, and back. Files are named by their whole path.
+[[nodiscard]] std::string write_request(const StudyRequest& request);
+[[nodiscard]] StudyRequest read_request(const std::filesystem::path& file);
+
+}  // namespace perp
