@@ -66,9 +66,9 @@ TEST_CASE("perp check names what does not fit together at the start", "[check]")
 TEST_CASE("a mistake in a scene file ends every command with status 2 and its place", "[check]") {
   const Scratch scratch("mistake");
   write(scratch / "bad.toml", "what = \"no mass\"\n[[body]]\nkind = \"particle\"\n");
-  for (const std::string command :
-       {"check SCENE", "run SCENE --method lcp --step 0.1 --out " + (scratch / "out"),
-        "scenes SCENE --toml"}) {
+  const std::vector<std::string> commands{
+      "check SCENE", "run SCENE --method lcp --step 0.1 --out " + (scratch / "out"), "scenes SCENE --toml"};
+  for (const std::string& command : commands) {
     std::string line = command;
     line.replace(line.find("SCENE"), 5, scratch / "bad.toml");
     const Outcome outcome = run_perp(scratch, line);
