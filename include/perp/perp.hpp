@@ -7,12 +7,14 @@
 #include "perp/core/pose.hpp"
 #include "perp/core/types.hpp"
 
+#include "perp/solve/friction_io.hpp"
 #include "perp/solve/friction_problem.hpp"
 #include "perp/solve/friction_residual.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "perp/solve/lcp.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/solve/mixed_lcp.hpp"
+#include "perp/solve/ncp.hpp"
 #include "perp/solve/problem_io.hpp"
 
 #include "perp/model/body.hpp"
@@ -35,6 +37,7 @@
 #include "perp/study/convergence.hpp"
 #include "perp/study/cpu_time.hpp"
 #include "perp/study/error_measure.hpp"
+#include "perp/study/friction_families.hpp"
 #include "perp/study/observed_order.hpp"
 #include "perp/study/scene.hpp"
 #include "perp/study/work_precision.hpp"

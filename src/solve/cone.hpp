@@ -5,7 +5,7 @@
 
 namespace perp {
 
-/// û = u + mu |u_T| e_N, the velocity with the De Saxcé term [DSF98, eq. 18].
+/// û = u + mu |u_T| e_N, the velocity with the De Saxcé term [DSF98].
 inline Vector3 augmented_velocity(BlockKind kind, double mu, const Vector3& u) {
   const bool friction = kind == BlockKind::Cone || kind == BlockKind::Planar;
   return friction ? Vector3(u(0) + mu * u.tail<2>().norm(), u(1), u(2)) : u;
@@ -15,7 +15,7 @@ inline Vector3 augmented_velocity(BlockKind kind, double mu, const Vector3& u) {
 Vector3 project_block(BlockKind kind, double mu, const Vector3& z);
 
 /// The projection of Alart and Curnier: z_N onto the half line, then z_T onto the disc of radius mu z_N
-/// [AC91, eq. 34]; r = p(r - u) holds exactly for solutions. P is a generalised derivative of p at z.
+/// [AC91]; r = p(r - u) holds exactly for solutions. P is a generalised derivative of p at z.
 void alart_curnier_projection(BlockKind kind, double mu, const Vector3& z, Vector3& p, Matrix3& P);
 
 /// The natural map's Euclidean norm over the scaled problem, |r - P_K(r - û)|.

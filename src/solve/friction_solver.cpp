@@ -66,16 +66,19 @@ class Chain {
   }
 
   void ipopt_stage() {
-    Iterate point;
-    point.r = Columns3::Zero(3, system_.n);
-    evaluate(system_, point);
-    attempt(
-        FrictionStage::Ipopt,
-        [&](Iterate& x) {
-          solve_by_ipopt(system_, budget_, x);
-          polish(x);
-        },
-        point);
+    for (const double start : {0.1, 1.0, 0.01}) {
+      if (done()) return;
+      Iterate point;
+      point.r = Columns3::Zero(3, system_.n);
+      evaluate(system_, point);
+      attempt(
+          FrictionStage::Ipopt,
+          [&](Iterate& x) {
+            solve_by_ipopt(system_, start, budget_, x);
+            polish(x);
+          },
+          point);
+    }
   }
 
  private:

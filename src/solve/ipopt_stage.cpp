@@ -6,7 +6,7 @@
 
 namespace perp {
 bool has_ipopt() { return false; }
-void solve_by_ipopt(const ContactSystem&, Budget&, Iterate&) {}
+void solve_by_ipopt(const ContactSystem&, double, Budget&, Iterate&) {}
 }  // namespace perp
 
 #else
@@ -30,8 +30,13 @@ constexpr double no_bound = 1e19;  // Ipopt reads beyond this as infinite
 /// Constraints: u - W r = q (3n), then eight rows a block: those of `rows()`.
 class ContactProgram final : public Ipopt::TNLP {
  public:
-  ContactProgram(const ContactSystem& system, Budget& budget)
-      : system_(system), budget_(budget), W_(system.W->dense()), n_(system.n), best_(7 * n_ + 1) {
+  ContactProgram(const ContactSystem& system, double start, Budget& budget)
+      : system_(system),
+        start_(start),
+        budget_(budget),
+        W_(system.W->dense()),
+        n_(system.n),
+        best_(7 * n_ + 1) {
     for (Index i = 0; i < 3 * n_; ++i)
       for (Index j = 0; j < 3 * n_; ++j)
         if (W_(i, j) != 0) W_row_.push_back(i), W_col_.push_back(j);
@@ -83,12 +88,12 @@ class ContactProgram final : public Ipopt::TNLP {
     std::fill_n(x, n, 0.0);
     Columns3 reaction = Columns3::Zero(3, n_), velocity;
     for (Index i = 0; i < n_; ++i)
-      if (system_.kind[i] != BlockKind::Interval) reaction(0, i) = 0.1;
+      if (system_.kind[i] != BlockKind::Interval) reaction(0, i) = start_;
     system_.W->apply(reaction, velocity);
     velocity += system_.q;
     for (Index i = 0; i < n_; ++i) {
       for (Index k = 0; k < 3; ++k) x[r(i, k)] = reaction(k, i), x[u(i, k)] = velocity(k, i);
-      x[s(i)] = std::max(0.1, velocity.col(i).tail<2>().norm());
+      x[s(i)] = std::max(start_, velocity.col(i).tail<2>().norm());
     }
     x[t()] = 1;
     return true;
@@ -242,6 +247,7 @@ class ContactProgram final : public Ipopt::TNLP {
   Index row(Index i, Index k) const { return 3 * n_ + rows_a_block * i + k; }
 
   const ContactSystem& system_;
+  double start_;
   Budget& budget_;
   Matrix W_;
   Index n_;
@@ -253,11 +259,11 @@ class ContactProgram final : public Ipopt::TNLP {
 
 bool has_ipopt() { return true; }
 
-void solve_by_ipopt(const ContactSystem& system, Budget& budget, Iterate& best) {
+void solve_by_ipopt(const ContactSystem& system, double start, Budget& budget, Iterate& best) {
   static std::mutex one_at_a_time;  // MUMPS keeps global state
   const std::lock_guard lock(one_at_a_time);
   try {
-    Ipopt::SmartPtr<ContactProgram> program = new ContactProgram(system, budget);
+    Ipopt::SmartPtr<ContactProgram> program = new ContactProgram(system, start, budget);
     Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
     auto& options = *application->Options();
     options.SetIntegerValue("print_level", 0);

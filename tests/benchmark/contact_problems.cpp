@@ -2,8 +2,8 @@
 //   contact_problems [--seed N] [--count C] [--family NAME]... [--out DIR] [FILE...]
 // Without --family and FILE all families are run. Prints a table a family and for all: how many problems each solver
 // brings to 1e-8, 1e-10 and 1e-12 (relative; absolute to a hundred times that), CPU times, the chain's stages. DIR
-// gets performance-profile.csv, .gp and, where gnuplot is installed, .svg [Dolan and More's profile: the share of
-// problems that a solver brings to 1e-10 within a factor of the fastest one's time].
+// gets performance-profile.csv, .gp and, where gnuplot is installed, .svg [DM02]: the share of
+// problems that a solver brings to 1e-10 within a factor of the fastest one's time.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -54,7 +54,7 @@ int block_rows(BlockKind kind);
 ///   K_i ∋ r_i ⟂ u_i + mu_i |u_T,i| e_N ∈ K_i*          for every block i                      (3)
 /// with K_i = {|r_T| <= mu_i r_N} and its dual cone K_i* (for an interval: -u_i in its normal cone at r_i).
 /// (3) is Signorini's condition 0 <= u_N ⟂ r_N >= 0 with Coulomb's law r_T = -mu r_N u_T/|u_T| while sliding
-/// [DSF98, sec. 4]. u is velocity of the second body minus the first's; r acts on the second body.
+/// [DSF98]. u is velocity of the second body minus the first's; r acts on the second body.
 /// Sizes: n degrees of freedom, m rows over all blocks, k bilateral rows. Any consistent units.
 struct FrictionProblem {
   FrictionMatrix W;  ///< (m, m), may be singular, indefinite or unsymmetric
