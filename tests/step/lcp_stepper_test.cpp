@@ -11,7 +11,7 @@ using Catch::Contains;
 
 namespace {
 
-/// A planar arm of two links with joint friction, hinged to a wall, whose tip and elbow rest on two frictional contacts.
+/// A planar arm of two links with joint friction, hinged to a wall, each of which comes to stand on a frictional contact.
 struct StandingArm {
   Model model;
   State x;
@@ -21,7 +21,7 @@ struct StandingArm {
     const BodyId lower = model.add_planar_body(1, 0.1, {.pose = {{1.5, 0, 0}, Quaternion::Identity()}});
     model.add_joint(revolute(ground, upper, {.friction = 0.3, .name = "shoulder"}));
     model.add_joint(revolute(upper, lower, {.point = {1, 0, 0}, .friction = 0.2, .name = "elbow"}));
-    model.add_contact(ground, upper, box_on_line(1, 0.2, {Vector3::UnitY(), {0, -0.1, 0}}), {.mu = 0.5});
+    model.add_contact(ground, upper, disc_on_line(0.1, {Vector3::UnitY(), {0, -0.1, 0}}), {.mu = 0.5});
     model.add_contact(ground, lower, disc_on_line(0.1, {Vector3::UnitY(), {0, -0.1, 0}}), {.mu = 0.4});
     x = model.rest();
     model.set_velocity(x, upper, {0, 0.5, 0}, {0, 0, 1});
