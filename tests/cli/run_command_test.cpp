@@ -53,7 +53,7 @@ TEST_CASE("report.csv has every column of the certificate", "[run]") {
   CHECK(std::stod(table["energy"][4]) == Approx(9.81 + 10.0 / 7));  // m g R + 7/10 m v^2
 }
 
-TEST_CASE("--every keeps each K-th step and the last, --set reaches the scene", "[run]") {
+TEST_CASE("perp run --every keeps each K-th step and the last, --set reaches the scene", "[run]") {
   const Scratch scratch("run-options");
   const std::string run = "run seed-sphere --method lcp-ap --step 0.06 --until 0.42 --out " + (scratch / "o");
   REQUIRE(run_perp(scratch, run + " --every 3 --edges 4 --set mu=0 --set v0=3").status == 0);
@@ -66,7 +66,7 @@ TEST_CASE("--every keeps each K-th step and the last, --set reaches the scene", 
   CHECK(columns(scratch / "o/report.csv")["t"].size() == 3);
 }
 
-TEST_CASE("--edges sets how many directions friction has", "[run]") {
+TEST_CASE("perp run --edges sets how many directions friction has", "[run]") {
   const Scratch scratch("run-edges");
   const std::string run =
       "run oblique-sphere --method lcp --step 0.01 --until 2 --out " + (scratch / "o") + " --edges ";

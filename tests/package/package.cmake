@@ -17,7 +17,7 @@ function(must)
 endfunction()
 
 must(${CMAKE_COMMAND} --install ${build} --prefix ${place}/prefix)
-must(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${place}/build -DCMAKE_PREFIX_PATH=${place}/prefix
+must(${CMAKE_COMMAND} -G ${generator} -S ${CMAKE_CURRENT_LIST_DIR} -B ${place}/build -DCMAKE_PREFIX_PATH=${place}/prefix
      "-DCMAKE_CXX_FLAGS=${flags}")
 must(${CMAKE_COMMAND} --build ${place}/build --parallel 2)
 foreach(program program1 program2)
