@@ -128,7 +128,9 @@ void run_chain(Chain& chain, const FrictionOptions& options) {
                                              {.start = 1},
                                              {.start = 1e3},
                                              {.start = 1, .damping = 0.5},
-                                             {.start = 1e5}};
+                                             {.start = 1e5},
+                                             {.most = 150, .start = 100, .damping = 0.5},
+                                             {.most = 150, .start = 1, .damping = 0.7}};
   for (const InteriorPointOptions& start : starts) {
     if (chain.done()) return;
     chain.interior_point_stage(FrictionStage::Restart, start);
