@@ -90,8 +90,8 @@ struct Instant {
   double joint_error() const;  ///< max |psi_b| [m, rad]; 0 without joints
 
   std::vector<int> contact_of_point;  ///< of each point of the model, its entry in `contacts`, or -1
-  std::vector<Matrix3> R;            ///< X's rotations, as matrices
-  std::vector<ContactPoint> points;  ///< scratch
+  std::vector<Matrix3> R;             ///< X's rotations, as matrices
+  std::vector<ContactPoint> points;   ///< scratch
 };
 
 /// Fills `instant` with the system at x. Sizes are the caller's duty (Model::check).

@@ -14,8 +14,8 @@ namespace perp {
 /// A number of a scene that a user may set: `perp run SCENE --set NAME=VALUE`.
 struct SceneParameter {
   std::string name;
-  double value = 0;   ///< in force, in SI units
-  std::string what;   ///< meaning and unit, one phrase
+  double value = 0;  ///< in force, in SI units
+  std::string what;  ///< meaning and unit, one phrase
 };
 
 struct Scene {
