@@ -33,10 +33,15 @@ struct Range {
     high = std::max(high, x);
   }
   bool empty() const { return !(low <= high); }
+  /// Room around what was added, and two powers of ten at least, which are the ticks that have numbers.
   void widen(double below, double above) {
     if (empty()) low = high = 1;
     low /= below;
     high *= above;
+    const double first = std::ceil(std::log10(low)), last = std::floor(std::log10(high));
+    if (last > first) return;
+    low = std::min(low, std::pow(10, last == first ? first : last));
+    high = std::max(high, std::pow(10, last == first ? first + 1 : first));
   }
   std::string text() const { return "[" + shortest(low) + ":" + shortest(high) + "]"; }
 };
@@ -131,8 +136,7 @@ std::string script(const Chart& chart, const std::string& name) {
   y.widen(2, 2.5);
 
   out << "# Draws " << name << ".svg from " << name << ".csv:  gnuplot " << name << ".gnuplot\n"
-      << "set terminal svg size 900,560 dynamic enhanced font \"Helvetica,16\" background \"white\" name \""
-      << name << "\"\n"
+      << "set terminal svg size 900,560 dynamic enhanced font \"Helvetica,16\" background \"white\"\n"
       << "set output \"" << name << ".svg\"\n"
       << "set datafile separator \",\"\n"
       << "set logscale xy\n"
@@ -170,6 +174,8 @@ std::string script(const Chart& chart, const std::string& name) {
   const char* separator = "plot ";
   for (std::size_t i = 0; i < chart.lines.size(); ++i) {
     const ChartLine& line = chart.lines[i];
+    // the first lines are the widest, so that those that others cover are seen behind them
+    const double wider = 1 - double(i + 1) / double(chart.lines.size());
     out << separator;
     if (line.x.empty())
       out << "keyentry";
@@ -178,8 +184,8 @@ std::string script(const Chart& chart, const std::string& name) {
     if (line.dashed)
       out << " with lines linewidth 1.4 dashtype 2";
     else
-      out << " with linespoints linewidth 2.2 pointsize 0.8 pointtype "
-          << marks[static_cast<std::size_t>(line.colour) % marks.size()];
+      out << " with linespoints linewidth " << 2 + 2 * wider << " pointsize " << 0.75 + 0.5 * wider
+          << " pointtype " << marks[static_cast<std::size_t>(line.colour) % marks.size()];
     out << " linecolor \"" << palette(line.colour) << "\"";
     line.label.empty() ? out << " notitle" : out << " title " << quoted(line.label);
     separator = ", \\\n     ";
