@@ -100,7 +100,8 @@ TEST_CASE("each kind of body has its own columns, and a prescribed one has none"
 
 TEST_CASE("the angular velocity in trajectory.csv is in world axes", "[run]") {
   const Scratch scratch("run-world");
-  const std::string run = "run dzhanibekov --method lcp --step 1e-3 --until 1 --out " + (scratch / "o");
+  const std::string run =
+      "run dzhanibekov --set tilt=3 --method lcp --step 1e-3 --until 1 --out " + (scratch / "o");
   REQUIRE(run_perp(scratch, run).status == 0);
   auto table = columns(scratch / "o/trajectory.csv");
   std::string body;
