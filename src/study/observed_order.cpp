@@ -82,6 +82,10 @@ ObservedOrder observed_order(const std::vector<double>& h, const std::vector<dou
   };
   if (failed > 0) add(result.note, count(failed, "without an answer"));
   if (rounded > 0) add(result.note, count(rounded, "at round-off"));
+  if (rounded > 0 && rounded == static_cast<int>(h.size())) {
+    result.note = "exact to round-off";
+    return result;
+  }
   result.points = static_cast<int>(points.size());
   if (!enough(points, points.size(), options)) {
     add(result.note, "too few points for an order");

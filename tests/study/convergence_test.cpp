@@ -99,7 +99,7 @@ TEST_CASE("a study tells a method that diverges and one that stalls from one tha
   CHECK(std::isnan(table.order("stalls")));
   CHECK(table.orders[1].q.note == "stalls at 0.001");
   CHECK(std::isnan(table.order("exact")));
-  CHECK(table.orders[2].q.note == "8 of 8 at round-off; too few points for an order");
+  CHECK(table.orders[2].q.note == "exact to round-off");
 }
 
 TEST_CASE("a run that fails is a row with what it said, and the others still show the order",

@@ -51,7 +51,7 @@ TEST_CASE("points at round-off are left out of the slope, and counted", "[observ
   CHECK(order.note == "6 of 14 at round-off");
   const ObservedOrder exact = fit(halvings(0.1, 5), [](double) { return 0.0; });
   CHECK_FALSE(exact.known());
-  CHECK(exact.note == "5 of 5 at round-off; too few points for an order");
+  CHECK(exact.note == "exact to round-off");
 }
 
 TEST_CASE("runs that failed are left out and said; too few points give no order", "[observed_order]") {

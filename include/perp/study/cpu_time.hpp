@@ -11,7 +11,7 @@ namespace perp {
 [[nodiscard]] double thread_cpu_seconds();
 
 struct TimingOptions {
-  double spend = 0.05;       ///< a computation is repeated until it has taken so long in all [s]; 0: once
+  double spend = 0.02;       ///< a computation is repeated until it has taken so long in all [s]; 0: once
   double least_span = 2e-3;  ///< one measurement takes at least so long: short computations go in batches [s]
   int least_repeats = 3;     ///< measurements at least, where one is shorter than `spend`
 };

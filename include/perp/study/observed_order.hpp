@@ -21,7 +21,7 @@ struct ObservedOrder {
   int points = 0;  ///< errors that the slope was fitted to
   double floor = not_set;  ///< where the errors stall, if they do; same unit as they
   std::string note =
-      {};  ///< "stalls at 0.06", "2 points above round-off, of 8", ...; empty if there is nothing to say
+      {};  ///< "stalls at 0.06", "exact to round-off", "2 of 8 without an answer"; empty if there is nothing to say
 
   bool known() const { return order == order; }
 };
