@@ -115,7 +115,7 @@ void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant,
     llt_.solveInPlace(p0_);
   } else {
     const Eigen::CompleteOrthogonalDecomposition<Matrix> qr(N_);
-    NC_ = qr.solve(C_);
+    if (rows > 0) NC_ = qr.solve(C_);
     p0_ = Vector(qr.solve(p0_));
   }
   W.noalias() -= C_.transpose() * NC_;
