@@ -111,7 +111,7 @@ void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant,
   const auto pivots = llt_.matrixLLT().diagonal();
   NC_ = C_;
   if (llt_.info() == Eigen::Success && (pivots.array() > 1e-7 * N_.diagonal().array().sqrt()).all()) {
-    llt_.solveInPlace(NC_);
+    if (rows > 0) llt_.solveInPlace(NC_);
     llt_.solveInPlace(p0_);
   } else {
     const Eigen::CompleteOrthogonalDecomposition<Matrix> qr(N_);
