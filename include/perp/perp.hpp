@@ -48,3 +48,4 @@
 #include "perp/io/run_files.hpp"
 #include "perp/io/scene_file.hpp"
 #include "perp/io/study_files.hpp"
+#include "perp/io/study_folder.hpp"
