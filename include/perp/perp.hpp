@@ -19,6 +19,7 @@
 
 #include "perp/model/body.hpp"
 #include "perp/model/force.hpp"
+#include "perp/model/differentiable_gap.hpp"
 #include "perp/model/gap.hpp"
 #include "perp/model/gaps.hpp"
 #include "perp/model/inertia.hpp"

@@ -96,7 +96,7 @@ bool finite(const ContactPoint& p) {
   return std::isfinite(p.gap) && p.normal.allFinite() && p.point.allFinite() && std::isfinite(p.gap_t);
 }
 
-void evaluate_contacts(const Model& model, const State& x, Instant& s) {
+void evaluate_contacts(const Model& model, const State& x, Instant& s, const Instant* like) {
   s.contacts.clear();
   s.contact_of_point.assign(static_cast<std::size_t>(model.contact_points()), -1);
   for (std::size_t i = 0; i < model.contacts().size(); ++i) {
@@ -123,9 +123,13 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s) {
       c.psi_n = p.gap;
       c.position = p.point;
       c.tangents = contact.tangents;
-      // in the plane the one friction direction is n x z
-      c.frame =
-          contact_frame(p.normal, contact.tangents == 1 ? p.normal.cross(Vector3::UnitZ()) : contact.tangent);
+      c.wish = contact.tangent;
+      if (contact.tangents == 1) c.wish = p.normal.cross(Vector3::UnitZ());  // the plane's one direction
+      if (contact.tangents == 2 && like != nullptr)
+        if (const int before = like->contact_of_point[static_cast<std::size_t>(c.point)]; before >= 0)
+          c.wish = like->contacts[static_cast<std::size_t>(before)].frame.col(1);
+      c.wish = tangent_wish(p.normal, c.wish);
+      c.frame = contact_frame(p.normal, c.wish);
       c.mu = contact.mu;
       c.e = contact.e;
       c.bias = {p.gap_t, 0, 0};
@@ -162,13 +166,15 @@ void evaluate_joints(const Model& model, Instant& s) {
     const auto a = static_cast<std::size_t>(joint.a.index), b = static_cast<std::size_t>(joint.b.index);
     const Vector3 c_A = s.X[a] * joint.anchor_a, c_B = s.X[b] * joint.anchor_b;
     const Vector3 none = Vector3::Zero();
-    for (const JointRow& row : joint.rows) {
+    for (std::size_t r = 0; r < joint.rows.size(); ++r) {
+      const JointRow& row = joint.rows[r];
       const Vector3 u = s.R[a] * row.in_a;
       const bool point = row.kind == JointRow::Kind::Point;
       const Vector3 w = point ? none : Vector3(s.R[b] * row.in_b);
       s.joint_rows.push_back(point ? joint_row(model, s, joint, c_B, u, none)
                                    : joint_row(model, s, joint, c_B, none, w.cross(u)));
       s.joint_rows.back().joint = static_cast<int>(i);
+      s.joint_rows.back().row = static_cast<int>(r);
       s.joint_rows.back().psi_b = point ? u.dot(c_B - c_A) : u.dot(w);
     }
     if (joint.friction > 0) {
@@ -188,13 +194,13 @@ void evaluate_joints(const Model& model, Instant& s) {
 
 }  // namespace
 
-void evaluate(const Model& model, const State& x, Instant& instant) {
+void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like) {
   instant.t = x.t;
   instant.fault.clear();
   evaluate_bodies(model, x, instant);
   evaluate_loads(model, x, instant);
   evaluate_joints(model, instant);
-  evaluate_contacts(model, x, instant);
+  evaluate_contacts(model, x, instant, like);
   if (instant.fault.empty() && !instant.k.allFinite())
     instant.fault = "a load is not finite at t = " + shortest(x.t);
 }

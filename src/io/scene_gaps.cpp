@@ -48,6 +48,11 @@ const std::vector<GapKind>& kinds() {
        [](const Sizes& s) { return capsule_on_plane(s.number(0), s.number(1), s.plane(2)); }},
       {"box_on_plane", with_plane({{"size", 3}}, floor),
        [](const Sizes& s) { return box_on_plane(s.vector(0), s.plane(3)); }},
+      {"ellipsoid_on_plane", with_plane({{"semi_axes", 3}}, floor),
+       [](const Sizes& s) { return ellipsoid_on_plane(s.vector(0), s.plane(3)); }},
+      {"sphere_in_cylinder",
+       {{"radius_a"}, {"radius_b"}, {"axis", 3, {0, 0, 1}}, {"point", 3, {0, 0, 0}}},
+       [](const Sizes& s) { return sphere_in_cylinder(s.number(0), s.number(1), s.vector(2), s.vector(5)); }},
       {"sphere_on_sphere",
        {{"radius_a"}, {"radius_b"}},
        [](const Sizes& s) { return sphere_on_sphere(s.number(0), s.number(1)); }},
@@ -66,6 +71,8 @@ const std::vector<GapKind>& kinds() {
        {{"radius_circle"}, {"radius_disc"}},
        [](const Sizes& s) { return disc_in_circle(s.number(0), s.number(1)); }},
       {"particle_in_circle", {{"radius"}}, [](const Sizes& s) { return particle_in_circle(s.number(0)); }},
+      {"ellipse_on_line", with_plane({{"a"}, {"b"}}, line),
+       [](const Sizes& s) { return ellipse_on_line(s.number(0), s.number(1), s.plane(2)); }},
       {"box_on_line", with_plane({{"width"}, {"height"}}, line),
        [](const Sizes& s) { return box_on_line(s.number(0), s.number(1), s.plane(2)); }},
   };
@@ -87,7 +94,8 @@ Gap read_gap(const SceneTable& table) {
     } else if (size.numbers == 1) {
       x.push_back(table.number(size.key, Dimension::Length));
     } else {
-      const Vector3 v = table.vector(size.key, size.key == "normal" ? Dimension::None : Dimension::Length);
+      const Vector3 v = table.vector(
+          size.key, size.key == "normal" || size.key == "axis" ? Dimension::None : Dimension::Length);
       x.insert(x.end(), v.begin(), v.end());
     }
   }

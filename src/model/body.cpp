@@ -17,6 +17,13 @@ std::vector<double> numbers(std::initializer_list<double> first, const Pose& pos
 
 }  // namespace
 
+Twist PrescribedMotion::acceleration_at(double t) const {
+  if (acceleration) return acceleration(t);
+  constexpr double s = 1e-4;  // [s]
+  const Twist a = twist(t - 2 * s), b = twist(t - s), c = twist(t + s), d = twist(t + 2 * s);
+  return {(8 * (c.v - b.v) - (d.v - a.v)) / (12 * s), (8 * (c.w - b.w) - (d.w - a.w)) / (12 * s)};
+}
+
 PrescribedMotion PrescribedMotion::shaker(const Vector3& amplitude, double rate, double phase,
                                           const Pose& pose) {
   return {
@@ -29,6 +36,10 @@ PrescribedMotion PrescribedMotion::shaker(const Vector3& amplitude, double rate,
             return Twist{rate * std::cos(rate * t + phase) * amplitude, Vector3::Zero()};
           },
       .surface = {},
+      .acceleration =
+          [=](double t) {
+            return Twist{-rate * rate * std::sin(rate * t + phase) * amplitude, Vector3::Zero()};
+          },
       .recipe = {"shaker", numbers({amplitude.x(), amplitude.y(), amplitude.z(), rate, phase}, pose), {}}};
 }
 
@@ -44,6 +55,7 @@ PrescribedMotion PrescribedMotion::turntable(const Vector3& axis, double rate, c
                 return Twist{Vector3::Zero(), w};
               },
           .surface = {},
+          .acceleration = [](double) { return Twist{}; },
           .recipe = {"turntable", numbers({axis.x(), axis.y(), axis.z(), rate}, pose), {}}};
 }
 
@@ -51,6 +63,7 @@ PrescribedMotion PrescribedMotion::belt(const Vector3& velocity, const Pose& pos
   return {.pose = [=](double) { return pose; },
           .twist = [](double) { return Twist{}; },
           .surface = [=](double, const Vector3&) { return velocity; },
+          .acceleration = [](double) { return Twist{}; },
           .recipe = {"belt", numbers({velocity.x(), velocity.y(), velocity.z()}, pose), {}}};
 }
 

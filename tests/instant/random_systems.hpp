@@ -25,6 +25,27 @@ class Random {
   std::mt19937 engine_;
 };
 
+/// Two spatial bodies, a planar one, a particle, a shaker and a turntable, with contacts between many of them.
+inline Model all_kinds(Random& random) {
+  Model model;
+  const BodyId a = model.add_body(random.inertia(), {.pose = {{0, 0, 2}, random.orientation()}});
+  const BodyId b = model.add_body(random.inertia(), {.pose = {{1, 0.5, 3}, random.orientation()}});
+  const BodyId plate =
+      model.add_planar_body(random.positive(), random.positive(), {.pose = {{0, 3, 0}, {1, 0, 0, 0}}});
+  const BodyId bead = model.add_particle(random.positive(), {.pose = {{0.2, 0.3, 0}, {1, 0, 0, 0}}});
+  const BodyId shaker = model.add_prescribed(PrescribedMotion::shaker({0.1, 0.2, 0.3}, 3));
+  const BodyId table =
+      model.add_prescribed(PrescribedMotion::turntable({0.1, 0.2, 1}, 2, {{0.5, 0, 0}, {1, 0, 0, 0}}));
+  model.add_contact(ground, a, box_on_plane({1, 1.2, 0.8}), {.mu = 0.3});
+  model.add_contact(a, b, sphere_on_sphere(0.5, 0.4), {.mu = 0.2, .tangent = {0, 1, 0}});
+  model.add_contact(shaker, b, capsule_on_plane(0.2, 0.5), {.mu = 0.1});
+  model.add_contact(b, table, sphere_on_sphere(0.5, 0.4), {.mu = 0.1});
+  model.add_contact(table, bead, sphere_on_plane(0.1), {.mu = 0.5});
+  model.add_contact(shaker, plate, box_on_line(1, 2), {.mu = 0.5});
+  model.add_contact(ground, plate, disc_on_line(0.5));
+  return model;
+}
+
 /// A state near rest with all coordinates and velocities disturbed (joints need not hold in it).
 inline State disturbed(const Model& model, Random& random, double scale) {
   State x = model.rest();

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "perp/model/differentiable_gap.hpp"
+
 using namespace perp;
 using Catch::Contains;
 
@@ -36,6 +38,11 @@ TEST_CASE("every built-in gap changes at the rate that its normal and point prom
       {"sphere_in_sphere", sphere_in_sphere(2, 0.5), at(0.3, 0.5, 0.6)},
       {"capsule_on_plane", capsule_on_plane(0.2, 0.8, tilted), at(0, 0, 1, {1, 0.3, 0})},
       {"box_on_plane", box_on_plane({0.4, 0.6, 0.8}, tilted), at(0, 0, 1, {0.4, 0.3, 0.2})},
+      {"ellipsoid_on_plane", ellipsoid_on_plane({0.5, 0.3, 0.2}, tilted), at(0, 0, 1, {0.4, 0.3, 0.2})},
+      {"sphere_in_cylinder", sphere_in_cylinder(2, 0.5, {0.3, 0.2, 1}, {0.1, 0.2, 0}), at(0.3, 0.5, 0.6)},
+      {"sphere_on_box, face", sphere_on_box(0.3, {1, 2, 3}), at(0.1, 0.2, 2)},
+      {"sphere_on_box, edge", sphere_on_box(0.3, {1, 2, 3}), at(0.9, 1.5, 0.2)},
+      {"sphere_on_box, corner", sphere_on_box(0.3, {1, 2, 3}), at(-0.9, 1.5, 2)},
       {"disc_on_line", disc_on_line(0.4), at(0, 1, 0)},
       {"box_on_line", box_on_line(0.4, 0.6), at(0, 1, 0)},
   };
@@ -166,4 +173,77 @@ TEST_CASE("contact frames are right-handed and follow the documented choice", "[
   CHECK(contact_frame(Vector3::UnitZ(), {0, 0, 2})
             .col(1)
             .isApprox(Vector3::UnitX()));  // a wish along n is none
+}
+
+namespace {
+
+/// The largest difference between a gap's own derivatives and those that differences give.
+double against_differences(const Gap& gap, const Pose& X_WA, const Pose& X_WB, double t = 0.2) {
+  const auto n = static_cast<std::size_t>(gap.points());
+  const Gap plain = Gap::patch(gap.points(), [gap](const Pose& A, const Pose& B, double s,
+                                                   std::span<ContactPoint> out) { gap(A, B, s, out); });
+  CHECK(gap.has_derivatives());
+  CHECK_FALSE(plain.has_derivatives());
+  std::vector<ContactDerivative> exact(n), differences(n);
+  gap.differentiate(X_WA, X_WB, t, exact);
+  plain.differentiate(X_WA, X_WB, t, differences);
+  double worst = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const ContactDerivative &a = exact[i], &b = differences[i];
+    worst = std::max({worst, (a.normal - b.normal).cwiseAbs().maxCoeff(),
+                      (a.point - b.point).cwiseAbs().maxCoeff(), (a.normal_t - b.normal_t).norm(),
+                      (a.point_t - b.point_t).norm(), std::abs(a.gap_tt - b.gap_tt)});
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("a gap's derivatives are what fourth-order differences give, to nine digits", "[gaps]") {
+  const Plane tilted{{0.2, -0.1, 1}, {0.1, 0.2, 0.3}};
+  const Pose A = at(0.1, -0.2, 0.05, {0.2, 0.1, -0.3}), B = at(0.3, 0.5, 1.6, {0.4, 0.3, 0.2});
+  CHECK(against_differences(sphere_on_plane(0.4, tilted), A, B) < 1e-9);
+  CHECK(against_differences(box_on_plane({0.4, 0.6, 0.8}, tilted), A, B) < 1e-9);
+  CHECK(against_differences(ellipsoid_on_plane({0.5, 0.3, 0.2}, tilted), A, B) < 1e-9);
+  CHECK(against_differences(sphere_on_sphere(0.4, 0.3), A, B) < 1e-9);
+  CHECK(against_differences(sphere_in_sphere(3, 0.3), A, B) < 1e-9);
+  CHECK(against_differences(sphere_in_cylinder(3, 0.3, {0.3, 0.2, 1}, {0.1, 0.2, 0}), A, B) < 1e-9);
+  CHECK(against_differences(sphere_on_box(0.3, {1, 2, 3}), A, B) < 1e-9);
+  CHECK(against_differences(box_on_box({1, 1, 1}, {1, 1, 1}), A, B) < 1e-9);
+  CHECK(against_differences(ellipse_on_line(0.4, 0.2), {}, at(0, 1, 0, {0, 0, 0.3})) < 1e-9);
+  CHECK(against_differences(disc_in_circle(1, 0.2), {}, at(0.3, 0.5, 0)) < 1e-9);
+  CHECK(against_differences(particle_in_circle(1), {}, at(0.3, 0.5, 2)) < 1e-9);
+}
+
+TEST_CASE("a gap written on a scalar type has the derivatives of its formula", "[gaps]") {
+  // a sphere of radius 1/2 over a floor that rises as sin t and tilts with A
+  const Gap gap = differentiable([]<class S>(const PoseOf<S>& A, const PoseOf<S>& B, S t) {
+    using std::cos;
+    using std::sin;
+    ContactPointOf<S> c;
+    c.normal = A.R.col(2);
+    const Eigen::Matrix<S, 3, 1> d = B.p - A.p;
+    c.gap = c.normal.dot(d) - 0.5 - sin(t);
+    c.point = B.p - 0.5 * c.normal;
+    c.gap_t = -cos(t);
+    return c;
+  });
+  const Pose A = at(0.1, -0.2, 0.05, {0.2, 0.1, -0.3}), B = at(0.3, 0.5, 1.6, {0.4, 0.3, 0.2});
+  CHECK(against_differences(gap, A, B) < 1e-9);
+  CHECK(check_gap(gap).passed);
+  std::vector<ContactDerivative> d(1);
+  gap.differentiate(A, B, 0.3, d);
+  CHECK(d[0].gap_tt == Approx(std::sin(0.3)));
+}
+
+TEST_CASE("check_gap tells of derivatives that are not the gap's", "[gaps]") {
+  Gap gap = sphere_on_sphere(0.4, 0.3);
+  gap.differentiated_by(
+      [](const Pose&, const Pose&, double, std::span<ContactDerivative> out) { out[0] = {}; });
+  GapCheckOptions options;
+  options.X_WB = at(0.3, 0.5, 0.6);
+  const GapCheck check = check_gap(gap, options);
+  CHECK(check.rate_error < 1e-8);
+  CHECK(check.derivative_error > 0.1);
+  CHECK_FALSE(check.passed);
 }

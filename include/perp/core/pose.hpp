@@ -25,6 +25,12 @@ struct Twist {
   Vector3 at(const Vector3& r) const { return v + w.cross(r); }
 };
 
+/// [a]x: the matrix of x -> a x x.
+[[nodiscard]] Matrix3 skew(const Vector3& a);
+
+/// J of the exponential map at `angle`, body side: rotation(angle + da) = rotation(angle) rotation(J da) to first order.
+[[nodiscard]] Matrix3 rotation_jacobian(const Vector3& angle);
+
 /// q at unit length. One that has it to rounding (8 eps) is returned as it is, so that what was normalised once, printed
 /// and read back keeps its bits.
 [[nodiscard]] Quaternion unit(const Quaternion& q);

@@ -52,6 +52,7 @@ struct ContactInstant {
   double psi_n = 0;                     ///< gap [m]
   Vector3 position = Vector3::Zero();   ///< where impulses act, world axes [m]
   Matrix3 frame = Matrix3::Identity();  ///< columns n, t, o in world axes
+  Vector3 wish = Vector3::UnitX();      ///< t is its projection across n
   int tangents = 0;                     ///< friction directions in use: 0, 1 (t) or 2 (t, o)
   WrenchMap<3> W;                       ///< columns n, t, o: W_n and W_f of (24)
   Vector3 bias = Vector3::Zero();       ///< explicit velocities: (dPsi_n/dt, dphi_f/dt) (erratum 30) [m/s]
@@ -64,6 +65,7 @@ struct ContactInstant {
 /// One equation of a joint, or (as `friction`) the motion along which a joint has friction.
 struct JointRowInstant {
   int joint = 0;        ///< in Model::joints()
+  int row = -1;         ///< in JointGeometry::rows; -1 of the motion with friction
   double psi_b = 0;     ///< [m] or [rad]; of friction rows the joint's coordinate
   double psi_b_t = 0;   ///< explicit time derivative [m/s, rad/s]
   double friction = 0;  ///< c_max [N, N m]; 0 in equations
@@ -94,8 +96,9 @@ struct Instant {
   std::vector<ContactPoint> points;   ///< scratch
 };
 
-/// Fills `instant` with the system at x. Sizes are the caller's duty (Model::check).
-void evaluate(const Model& model, const State& x, Instant& instant);
+/// Fills `instant` with the system at x. Sizes are the caller's duty (Model::check). With `like`, tangents t are those of
+/// the contact points there, turned with the normal as little as can be: a method that compares two states keeps its axes.
+void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like = nullptr);
 
 /// M^-1 f for a vector of the system's velocity space; M is block diagonal and constant in nu's axes.
 void solve_mass(const Model& model, const Vector& f, Vector& out);

@@ -34,7 +34,11 @@ struct PrescribedMotion {
   std::function<Pose(double t)> pose;
   std::function<Twist(double t)> twist;
   std::function<Vector3(double t, const Vector3& point)> surface;  ///< empty: none
-  Recipe recipe = {};                                              ///< of those made here
+  std::function<Twist(double t)> acceleration;  ///< of `twist`; empty: by differences of it [m/s^2, rad/s^2]
+  Recipe recipe = {};                           ///< of those made here
+
+  /// `acceleration`, or a fourth-order central difference of twist.
+  Twist acceleration_at(double t) const;
 
   /// amplitude sin(rate t + phase) [m; rad/s; rad] about `pose`.
   static PrescribedMotion shaker(const Vector3& amplitude, double rate, double phase = 0,

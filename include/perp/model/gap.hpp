@@ -19,13 +19,30 @@ struct ContactPoint {
   double gap_t = 0;                   ///< explicit time derivative at fixed poses [m/s]
 };
 
+/// How normal and point of a ContactPoint move, in world axes: with them the gap's second derivatives are known.
+///   dn = normal (v_A, w_A, v_B, w_B) dt + normal_t dt,     dc likewise with `point`
+struct ContactDerivative {
+  using Columns =
+      Eigen::Matrix<double, 3, 12>;    ///< of the twists of A, then of B (origin's velocity, then turning)
+  Columns normal = Columns::Zero();    ///< [1/m, 1/rad]
+  Columns point = Columns::Zero();     ///< [-, m/rad]
+  Vector3 normal_t = Vector3::Zero();  ///< explicit, at fixed poses [1/s]
+  Vector3 point_t = Vector3::Zero();   ///< [m/s]
+  double gap_tt = 0;                   ///< of gap_t [m/s^2]
+};
+
 /// A gap function psi_n of the poses of A and B and of time, with `points()` contact points. Made from any callable
 ///   ContactPoint(const Pose& X_WA, const Pose& X_WB, double t)
 /// or, for several points between one pair of bodies, by Gap::patch. Geometry only: it knows no forces.
+///
+/// Derivatives come from the function given to differentiated_by (built-in gaps have one; `differentiable` makes one by
+/// automatic differentiation), else from fourth-order central differences of the gap itself.
 class Gap {
  public:
   using Patch =
       std::function<void(const Pose& X_WA, const Pose& X_WB, double t, std::span<ContactPoint> out)>;
+  using PatchDerivative =
+      std::function<void(const Pose& X_WA, const Pose& X_WB, double t, std::span<ContactDerivative> out)>;
 
   template <class Function>
   requires std::is_invocable_r_v<ContactPoint, const Function&, const Pose&, const Pose&, double> Gap(
@@ -47,6 +64,18 @@ class Gap {
     return *this;
   }
 
+  /// The derivatives that go with `evaluate`.
+  Gap& differentiated_by(PatchDerivative derivative) {
+    derivative_ = std::move(derivative);
+    return *this;
+  }
+  bool has_derivatives() const { return static_cast<bool>(derivative_); }  ///< false: by differences
+
+  /// out has size points(); entries of points that are not there now mean nothing.
+  void differentiate(const Pose& X_WA, const Pose& X_WB, double t, std::span<ContactDerivative> out) const {
+    derivative_ ? derivative_(X_WA, X_WB, t, out) : differences(X_WA, X_WB, t, out);
+  }
+
   /// out has size points().
   void operator()(const Pose& X_WA, const Pose& X_WB, double t, std::span<ContactPoint> out) const {
     evaluate_(X_WA, X_WB, t, out);
@@ -54,8 +83,11 @@ class Gap {
 
  private:
   Gap(int points, Patch evaluate) : points_(points), evaluate_(std::move(evaluate)) {}
+  void differences(const Pose& X_WA, const Pose& X_WB, double t, std::span<ContactDerivative> out) const;
+
   int points_;
   Patch evaluate_;
+  PatchDerivative derivative_;  // may be empty
   Recipe recipe_;
 };
 
@@ -65,8 +97,10 @@ struct GapCheck {
   double rate_error =
       0;  ///< normal . relative velocity against a central difference of the gap [m/s per m/s]
   double time_error = 0;  ///< gap_t against a central difference in t [m/s]
-  bool finite = true;     ///< no NaN in any field of a point whose gap is not infinity
-  bool passed = false;    ///< all of the above within `tolerance`
+  double derivative_error =
+      0;  ///< derivatives of normal and point against central differences, of gaps that have them
+  bool finite = true;   ///< no NaN in any field of a point whose gap is not infinity
+  bool passed = false;  ///< all of the above within `tolerance`
 };
 
 struct GapCheckOptions {
@@ -87,5 +121,8 @@ struct GapCheckOptions {
 /// one is given (nonzero, not along n), else world x, else, where |n_x| > 0.9, world y: so n = z has t = x, o = y, and a
 /// normal in the xy plane has t in it.
 [[nodiscard]] Matrix3 contact_frame(const Vector3& normal, const Vector3& wish = Vector3::Zero());
+
+/// The vector that t is the projection of: `wish` or the axis that stands in for it.
+[[nodiscard]] Vector3 tangent_wish(const Vector3& normal, const Vector3& wish);
 
 }  // namespace perp

@@ -20,6 +20,13 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 [[nodiscard]] Gap sphere_on_sphere(double radius_a, double radius_b);       ///< both about their origins
 [[nodiscard]] Gap sphere_in_sphere(double radius_a, double radius_b);       ///< B inside the hollow A
 
+/// B inside a hollow circular cylinder of A: `axis` (made a unit vector) through `point`, both in A's axes.
+[[nodiscard]] Gap sphere_in_cylinder(double radius_a, double radius_b, const Vector3& axis = Vector3::UnitZ(),
+                                     const Vector3& point = Vector3::Zero());
+
+/// An ellipsoid about B's origin, its axes B's.
+[[nodiscard]] Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane = {});
+
 /// The nearest point of a box about A's origin, `size` its full edges: a table with edges and corners to fall from.
 [[nodiscard]] Gap sphere_on_box(double radius, const Vector3& size);
 
@@ -39,6 +46,8 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 
 // Planar: A's and B's z axes are the world's; normals lie in the xy plane.
 [[nodiscard]] Gap disc_on_line(double radius, const Plane& line = horizontal_line);
+[[nodiscard]] Gap ellipse_on_line(double a, double b,
+                                  const Plane& line = horizontal_line);      ///< semi-axes along B's x and y
 [[nodiscard]] Gap disc_in_circle(double radius_circle, double radius_disc);  ///< circle about A's origin
 [[nodiscard]] Gap particle_in_circle(double radius);  ///< B's origin; along z it is a tube
 [[nodiscard]] Gap box_on_line(double width, double height,

@@ -1,0 +1,183 @@
+// A box of A against a sphere, and against another box.
+#include <Eigen/Core>
+#include <unsupported/Eigen/AutoDiff>
+
+#include <array>
+
+#include "model/gap_maker.hpp"
+
+namespace perp {
+namespace {
+
+/// The nearest point of the box, piece by piece: face, edge or corner as one, two or three coordinates lie outside.
+struct SphereOnBox {
+  double radius;
+  Vector3 half;
+
+  int points() const { return 1; }
+
+  /// The centre in the box's axes; the outward direction; which coordinates count for it; the distance (< 0 inside).
+  struct Nearest {
+    Vector3 centre, normal, counts = Vector3::Zero();
+    double distance;
+  };
+  Nearest nearest(const Pose& X_WA, const Pose& X_WB) const {
+    Nearest at;
+    at.centre = X_WA.inverse() * X_WB.p;
+    at.normal = at.centre - at.centre.cwiseMax(-half).cwiseMin(half);
+    at.distance = at.normal.norm();
+    if (at.distance > 0) {
+      at.normal /= at.distance;
+      at.counts = (at.normal.array() != 0).cast<double>();
+    } else {  // the centre is inside: out through the nearest face
+      int face = 0;
+      at.distance = (at.centre.cwiseAbs() - half).maxCoeff(&face);
+      at.normal[face] = at.centre[face] < 0 ? -1 : 1;
+    }
+    return at;
+  }
+
+  void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {
+    const Nearest at = nearest(X_WA, X_WB);
+    const Vector3 n = X_WA.q * at.normal;
+    out[0] = {.gap = at.distance - radius, .normal = n, .point = X_WB.p - radius * n};
+  }
+
+  void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const {
+    const Nearest at = nearest(X_WA, X_WB);
+    const Matrix3 R = X_WA.R();
+    // n = R n_A, dn_A = (I - n_A n_Aᵀ)/distance (centre's counting part), dcentre = Rᵀ (v_B - v_A - w_A x (p_B - p_A))
+    Matrix3 turn = Matrix3::Zero();
+    if (at.distance > 0)
+      turn = R * (Matrix3::Identity() - at.normal * at.normal.transpose()) * at.counts.asDiagonal() *
+             R.transpose() / at.distance;
+    v_A(out[0].normal) = -turn;
+    v_B(out[0].normal) = turn;
+    w_A(out[0].normal) = turn * skew(X_WB.p - X_WA.p) - skew(R * at.normal);
+    out[0].point = -radius * out[0].normal;
+    v_B(out[0].point) += Matrix3::Identity();
+  }
+};
+
+/// A convex polygon in a plane, clipped in place by half planes; a rectangle cut by a rectangle has at most 8 corners.
+template <class S>
+struct Polygon {
+  using Point = Eigen::Matrix<S, 2, 1>;
+  std::array<Point, 8> corner;
+  std::size_t size = 0;
+
+  /// Keeps sign x[axis] <= limit.
+  void clip(int axis, double sign, double limit) {
+    std::array<Point, 8> kept;
+    std::size_t count = 0;
+    const auto add = [&](const Point& x) {
+      if (count < kept.size()) kept[count++] = x;
+    };
+    for (std::size_t i = 0; i < size; ++i) {
+      const Point &p = corner[i], &q = corner[(i + 1) % size];
+      const S dp = sign * p[axis] - limit, dq = sign * q[axis] - limit;
+      if (dp <= 0) add(p);
+      if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) {
+        const S part = dp / (dp - dq);
+        Point x;
+        for (int k = 0; k < 2; ++k) x[k] = p[k] + part * (q[k] - p[k]);
+        add(x);
+      }
+    }
+    corner = kept;
+    size = count;
+  }
+};
+
+/// The overlap of B's bottom face with A's top face, seen along A's z, and B's height there.
+struct BoxOnBox {
+  Vector3 a, b;  // half sizes
+
+  int points() const { return 8; }
+
+  /// Corners (x, y, z) in A's axes of B's bottom face, clipped; from the pose of B in A's axes over any scalar.
+  template <class S>
+  std::size_t overlap(const Eigen::Matrix<S, 3, 1>& p, const Eigen::Matrix<S, 3, 3>& R,
+                      std::array<Eigen::Matrix<S, 3, 1>, 8>& out) const {
+    Eigen::Matrix<S, 3, 1> base;  // centre of the bottom face
+    for (int k = 0; k < 3; ++k) base[k] = p[k] - b.z() * R(k, 2);
+    Polygon<S> polygon;
+    for (const Vector2& sign : {Vector2(-1, -1), Vector2(1, -1), Vector2(1, 1), Vector2(-1, 1)}) {
+      auto& corner = polygon.corner[polygon.size++];
+      for (int k = 0; k < 2; ++k)
+        corner[k] = base[k] + sign.x() * b.x() * R(k, 0) + sign.y() * b.y() * R(k, 1);
+    }
+    for (int axis = 0; axis < 2; ++axis)
+      for (const double side : {1.0, -1.0}) polygon.clip(axis, side, a[axis]);
+    for (std::size_t i = 0; i < polygon.size; ++i) {  // height of the face's plane over each corner
+      const auto& x = polygon.corner[i];
+      out[i] = {x[0], x[1], base[2] - (R(0, 2) * (x[0] - base[0]) + R(1, 2) * (x[1] - base[1])) / R(2, 2)};
+    }
+    return polygon.size;
+  }
+
+  void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {
+    const Pose X_AB = X_WA.inverse() * X_WB;
+    std::array<Vector3, 8> corner;
+    const std::size_t size = overlap<double>(X_AB.p, X_AB.R(), corner);
+    const Vector3 normal = X_WA.q * Vector3::UnitZ();
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      out[i] = {};
+      if (i < size) out[i] = {.gap = corner[i].z() - a.z(), .normal = normal, .point = X_WA * corner[i]};
+    }
+  }
+
+  void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const {
+    using Dual =
+        Eigen::AutoDiffScalar<Eigen::Matrix<double, 6, 1>>;  // by the twist of B seen from A, A's axes
+    const Pose X_AB = X_WA.inverse() * X_WB;
+    const Matrix3 R_A = X_WA.R(), R_AB = X_AB.R();
+    Eigen::Matrix<Dual, 3, 1> p;
+    Eigen::Matrix<Dual, 3, 3> R;
+    for (int i = 0; i < 3; ++i) {
+      p[i] = Dual(X_AB.p[i], 6, i);
+      for (int j = 0; j < 3; ++j) {
+        R(i, j) = Dual(R_AB(i, j));
+        R(i, j).derivatives().setZero();
+        for (int k = 0; k < 3; ++k)
+          R(i, j).derivatives()[3 + k] = Vector3::Unit(k).cross(Vector3(R_AB.col(j)))[i];
+      }
+    }
+    std::array<Eigen::Matrix<Dual, 3, 1>, 8> corner;
+    const std::size_t size = overlap<Dual>(p, R, corner);
+
+    // v_AB = Rᵀ (v_B - v_A - w_A x (p_B - p_A)),  w_AB = Rᵀ (w_B - w_A);  the point is p_A + R_A corner
+    const Matrix3 r = skew(X_WB.p - X_WA.p);
+    for (std::size_t i = 0; i < size; ++i) {
+      Eigen::Matrix<double, 3, 6> J;
+      Vector3 x;
+      for (int k = 0; k < 3; ++k) {
+        J.row(k) = corner[i][k].derivatives().transpose();
+        x[k] = corner[i][k].value();
+      }
+      const Matrix3 by_v = R_A * J.leftCols<3>() * R_A.transpose();
+      const Matrix3 by_w = R_A * J.rightCols<3>() * R_A.transpose();
+      w_A(out[i].normal) = -skew(R_A.col(2));
+      v_A(out[i].point) = Matrix3::Identity() - by_v;
+      w_A(out[i].point) = -skew(R_A * x) + by_v * r - by_w;
+      v_B(out[i].point) = by_v;
+      w_B(out[i].point) = by_w;
+    }
+  }
+};
+
+}  // namespace
+
+Gap sphere_on_box(double radius, const Vector3& size) {
+  length("sphere_on_box", "radius", radius);
+  for (const double edge : size) length("sphere_on_box", "size", edge);
+  return gap_of("sphere_on_box", SphereOnBox{radius, 0.5 * size}, Arguments() << radius << size);
+}
+
+Gap box_on_box(const Vector3& size_a, const Vector3& size_b) {
+  for (const double edge : size_a) length("box_on_box", "size_a", edge);
+  for (const double edge : size_b) length("box_on_box", "size_b", edge);
+  return gap_of("box_on_box", BoxOnBox{0.5 * size_a, 0.5 * size_b}, Arguments() << size_a << size_b);
+}
+
+}  // namespace perp

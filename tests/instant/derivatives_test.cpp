@@ -1,0 +1,186 @@
+#include "perp/instant/derivatives.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/instant/random_systems.hpp"
+
+using namespace perp;
+using namespace perp::testing;
+
+namespace {
+
+/// all_kinds with joints of every sort, springs and a load of one's own.
+Model everything(Random& random) {
+  Model model = all_kinds(random);
+  const BodyId a{1}, b{2}, plate{3}, bead{4}, shaker{5}, table{6};
+  const auto options = [&](double friction) {
+    return JointOptions{.point = random.vector(), .axis = random.vector(), .friction = friction};
+  };
+  model.add_joint(revolute(a, b, options(0.5)));
+  model.add_joint(prismatic(a, b, options(0.5)));
+  model.add_joint(fixed(shaker, a, options(0)));
+  model.add_joint(ball(b, table, options(0)));
+  model.add_joint(revolute(table, b, options(0.2)));
+  model.add_joint(prismatic(shaker, a, options(0.2)));
+  model.add_spring({.a = a,
+                    .b = b,
+                    .point_a = random.vector(),
+                    .point_b = random.vector(),
+                    .stiffness = 3,
+                    .damping = 0.7,
+                    .length = 0.4});
+  model.add_spring(
+      {.a = plate, .b = bead, .point_a = {0.1, 0.2, 0}, .stiffness = 3, .damping = 0.4, .length = 0.4});
+  model.add_spring({.a = shaker, .b = b, .point_a = random.vector(), .stiffness = 2, .damping = 0.3});
+  model.add_force(a, [a, b](const Model& m, const State& x) {
+    const Vector3 d = m.position(x, b) - m.position(x, a);
+    return Wrench{d.squaredNorm() * d, m.angular_velocity(x, a).cross(d)};
+  });
+  return model;
+}
+
+State moved_by(const Model& model, const State& x, const Vector& xi, double s) {
+  State y = x;
+  move(model, xi, s, y.q);
+  return y;
+}
+
+constexpr double step = 1e-5;
+constexpr double tolerance = 2e-8;  // central differences of functions of size 1..10
+
+}  // namespace
+
+TEST_CASE("the acceleration bias of contacts and joints is the rate of their velocities at constant nu",
+          "[derivatives]") {
+  const auto seed = GENERATE(range(0u, 10u));
+  Random random(seed);
+  const Model model = everything(random);
+  const State x = disturbed(model, random, 0.1);
+  Instant s, before, after;
+  evaluate(model, x, s);
+  evaluate(model, moved(model, x, -step), before, &s);
+  evaluate(model, moved(model, x, step), after, &s);
+  ContactDerivatives geometry;
+  geometry.evaluate(model, s);
+  Instant same;
+  evaluate(model, x, same, &s);
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const Vector3 rate = (after.contacts[i].velocity(x.nu) - before.contacts[i].velocity(x.nu)) / (2 * step);
+    CAPTURE(seed, i);
+    const Vector3 bias = acceleration_bias(model, x, same, same.contacts[i], geometry[i]);
+    CHECK((bias - rate).head(1 + s.contacts[i].tangents).norm() < tolerance);
+  }
+  const auto check = [&](const std::vector<JointRowInstant>& now, const std::vector<JointRowInstant>& then,
+                         const std::vector<JointRowInstant>& later) {
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const double rate = (later[i].velocity(x.nu) - then[i].velocity(x.nu)) / (2 * step);
+      CAPTURE(seed, i);
+      CHECK(std::abs(acceleration_bias(model, x, s, now[i]) - rate) < tolerance);
+    }
+  };
+  check(s.joint_rows, before.joint_rows, after.joint_rows);
+  check(s.joint_frictions, before.joint_frictions, after.joint_frictions);
+}
+
+TEST_CASE("W p changes with the configuration as differentiate says, for contacts and joints",
+          "[derivatives]") {
+  const auto seed = GENERATE(range(0u, 10u));
+  Random random(seed);
+  const Model model = everything(random);
+  const State x = disturbed(model, random, 0.1);
+  const Vector xi = Vector::NullaryExpr(model.nv(), [&] { return random.number(); });
+  Instant s, before, after;
+  evaluate(model, x, s);
+  evaluate(model, moved_by(model, x, xi, -step), before, &s);
+  evaluate(model, moved_by(model, x, xi, step), after, &s);
+  ContactDerivatives geometry;
+  geometry.evaluate(model, s);
+  const auto expected = [&](const auto& W, const Eigen::Matrix<double, 12, 12>& force) {
+    Eigen::Matrix<double, 12, 1> local = Eigen::Matrix<double, 12, 1>::Zero();
+    for (int i = 0; i < W.na; ++i) local[i] = xi[W.va + i];
+    for (int i = 0; i < W.nb; ++i) local[6 + i] = xi[W.vb + i];
+    local = force * local;
+    Vector f = Vector::Zero(model.nv());
+    for (int i = 0; i < W.na; ++i) f[W.va + i] += local[i];
+    for (int i = 0; i < W.nb; ++i) f[W.vb + i] += local[6 + i];
+    return f;
+  };
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const ContactInstant& c = s.contacts[i];
+    Vector3 p = random.vector();
+    for (int j = c.tangents + 1; j < 3; ++j) p[j] = 0;
+    PairDerivative<3> d;
+    ContactInstant kept = c;
+    if (c.tangents == 2) kept.wish = c.frame.col(1);
+    differentiate(model, x, s, kept, geometry[i], p, d);
+    Vector f = Vector::Zero(model.nv()), minus = f;
+    after.contacts[i].W.add_impulse(p, f);
+    before.contacts[i].W.add_impulse(p, minus);
+    CAPTURE(seed, i);
+    CHECK(((f - minus) / (2 * step) - expected(c.W, d.force)).norm() < tolerance);
+    const Vector3 du = (after.contacts[i].velocity(x.nu) - before.contacts[i].velocity(x.nu)) / (2 * step);
+    Eigen::Matrix<double, 12, 1> local = Eigen::Matrix<double, 12, 1>::Zero();
+    for (int k = 0; k < c.W.na; ++k) local[k] = xi[c.W.va + k];
+    for (int k = 0; k < c.W.nb; ++k) local[6 + k] = xi[c.W.vb + k];
+    CHECK((d.velocity * local - du).head(1 + c.tangents).norm() < tolerance);
+  }
+  const auto check = [&](const std::vector<JointRowInstant>& now, const std::vector<JointRowInstant>& then,
+                         const std::vector<JointRowInstant>& later) {
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const Eigen::Matrix<double, 1, 1> p(random.number());
+      PairDerivative<1> d;
+      differentiate(model, s, now[i], p[0], d);
+      Vector f = Vector::Zero(model.nv()), minus = f;
+      later[i].W.add_impulse(p, f);
+      then[i].W.add_impulse(p, minus);
+      CAPTURE(seed, i);
+      CHECK(((f - minus) / (2 * step) - expected(now[i].W, d.force)).norm() < tolerance);
+    }
+  };
+  check(s.joint_rows, before.joint_rows, after.joint_rows);
+  check(s.joint_frictions, before.joint_frictions, after.joint_frictions);
+}
+
+TEST_CASE("loads change with configuration and velocity as differentiate_loads says", "[derivatives]") {
+  const auto seed = GENERATE(range(0u, 10u));
+  Random random(seed);
+  const Model model = everything(random);
+  const State x = disturbed(model, random, 0.1);
+  const Vector xi = Vector::NullaryExpr(model.nv(), [&] { return random.number(); });
+  Instant s, before, after;
+  evaluate(model, x, s);
+  std::vector<LoadDerivative> blocks;
+  differentiate_loads(model, x, s, blocks);
+  Vector by_xi = Vector::Zero(model.nv()), by_nu = by_xi;
+  for (const LoadDerivative& d : blocks) {
+    const Body &row = model.bodies()[static_cast<std::size_t>(d.row)],
+               &column = model.bodies()[static_cast<std::size_t>(d.column)];
+    by_xi.segment(row.v0, row.nv) += d.xi.topLeftCorner(row.nv, column.nv) * xi.segment(column.v0, column.nv);
+    by_nu.segment(row.v0, row.nv) += d.nu.topLeftCorner(row.nv, column.nv) * xi.segment(column.v0, column.nv);
+  }
+  evaluate(model, moved_by(model, x, xi, -step), before);
+  evaluate(model, moved_by(model, x, xi, step), after);
+  CHECK(((after.k - before.k) / (2 * step) - by_xi).norm() < 1e-7);
+  State slower = x, faster = x;
+  slower.nu -= step * xi;
+  faster.nu += step * xi;
+  evaluate(model, slower, before);
+  evaluate(model, faster, after);
+  CHECK(((after.k - before.k) / (2 * step) - by_nu).norm() < 1e-7);
+}
+
+TEST_CASE("a frame that continues another turns no further than the normal does", "[derivatives]") {
+  Model model;
+  const BodyId ball = model.add_body(Inertia::solid_sphere(1, 0.2), {.pose = {{0, 0, 0.8}, {1, 0, 0, 0}}});
+  model.add_contact(ground, ball, sphere_in_sphere(1, 0.2), {.mu = 0.5});
+  State x = model.rest();
+  Instant s, next;
+  evaluate(model, x, s);
+  for (int k = 1; k <= 200; ++k) {  // round the bowl, past where the default tangent changes its axis
+    const double angle = 0.03 * k;
+    model.set_position(x, ball, {0.8 * std::sin(angle), 0, 0.8 * std::cos(angle)});
+    evaluate(model, x, next, &s);
+    CHECK((next.contacts[0].frame - s.contacts[0].frame).norm() < 0.03 * std::sqrt(2.0) + 1e-6);
+    std::swap(s, next);
+  }
+}
