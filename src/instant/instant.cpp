@@ -78,6 +78,91 @@ void evaluate_loads(const Model& model, const State& x, Instant& s) {
     add(model.body(load.body), s.R[index(load.body)], load.wrench(model, x), s.k);
 }
 
+/// A row of a joint, with what it is to each of the two bodies.
+JointRowInstant joint_row(const Model& model, const State& x, const Instant& s, int index,
+                          const JointRow& from) {
+  const JointGeometry& joint = model.joints()[static_cast<std::size_t>(index)];
+  const auto a = static_cast<std::size_t>(joint.a.index), b = static_cast<std::size_t>(joint.b.index);
+  JointRowInstant row;
+  row.joint = index;
+  row.world = model.evaluate(x, joint, from, s.X[a], s.X[b]);
+  row.psi_b = row.world.psi;
+  row.point = s.X[b] * joint.anchor_b;
+  row.W.connect(model, joint.a, joint.b);
+  const auto side = [&](std::size_t i, double sign, const Vector3& angular, WrenchMap<1>::Block& block) {
+    const Body& body = model.bodies()[i];
+    const Vector3 moment = (row.point - s.X[i].p).cross(row.world.linear) + angular;
+    if (body.nv > 0) block = sign * coordinates(body, s.R[i], row.world.linear, moment);
+    if (body.kind == BodyKind::Prescribed)
+      row.psi_b_t += sign * (row.world.linear.dot(s.V[i].v) + moment.dot(s.V[i].w));
+  };
+  side(a, -1, row.world.angular_a, row.W.A);
+  side(b, +1, row.world.angular_b, row.W.B);
+  return row;
+}
+
+void evaluate_joints(const Model& model, const State& x, Instant& s) {
+  s.joint_rows.clear();
+  s.joint_frictions.clear();
+  s.joint_coordinates.clear();
+  s.first_coordinate.clear();
+  for (int i = 0; i < static_cast<int>(model.joints().size()); ++i) {
+    const JointGeometry& joint = model.joint({i});
+    for (int k = 0; k < static_cast<int>(joint.rows.size()); ++k) {
+      s.joint_rows.push_back(joint_row(model, x, s, i, joint.rows[static_cast<std::size_t>(k)]));
+      s.joint_rows.back().row = k;
+    }
+    s.first_coordinate.push_back(static_cast<int>(s.joint_coordinates.size()));
+    for (int k = 0; k < static_cast<int>(joint.coordinates.size()); ++k) {
+      JointRowInstant row = joint_row(model, x, s, i, joint.coordinates[static_cast<std::size_t>(k)].row);
+      row.coordinate = k;
+      s.joint_coordinates.push_back(row);
+      if (k == 0 && joint.friction > 0) {
+        row.friction = joint.friction;
+        s.joint_frictions.push_back(row);
+      }
+      if (const auto& motion = joint.motions[static_cast<std::size_t>(k)]) {
+        row.psi_b -= motion->position(x.t);
+        row.psi_b_t -= motion->rate(x.t);
+        s.joint_rows.push_back(row);
+      }
+    }
+  }
+}
+
+/// Moments and forces along joint coordinates.
+void evaluate_joint_loads(const Model& model, const State& x, Instant& s) {
+  const auto coordinate = [&](JointId joint, int i) -> const JointRowInstant& {
+    return s.joint_coordinates[static_cast<std::size_t>(
+        s.first_coordinate[static_cast<std::size_t>(joint.index)] + i)];
+  };
+  for (const JointSpring& spring : model.joint_springs()) {
+    const JointRowInstant& c = coordinate(spring.joint, spring.coordinate);
+    const double effort = -spring.stiffness * (c.psi_b - spring.rest) - spring.damping * c.velocity(x.nu);
+    c.W.add_impulse(WrenchMap<1>::Columns(effort), s.k);
+  }
+  for (const JointMotor& motor : model.motors()) {
+    const JointRowInstant& c = coordinate(motor.joint, motor.coordinate);
+    c.W.add_impulse(WrenchMap<1>::Columns(motor.effort(model, x, c.psi_b, c.velocity(x.nu))), s.k);
+  }
+}
+
+/// A joint's stop, as a contact along its coordinate: a force or a moment along the row's own direction.
+void evaluate_stop(const Contact& contact, Instant& s, ContactInstant& c) {
+  const Contact::Stop& stop = contact.stop;
+  const JointRowInstant& row = s.joint_coordinates[static_cast<std::size_t>(
+      s.first_coordinate[static_cast<std::size_t>(stop.joint)] + stop.coordinate)];
+  c.psi_n = stop.side * (row.psi_b - stop.limit);
+  c.position = row.point;
+  const bool slides = row.world.angular_b.isZero(0);
+  c.frame = contact_frame((stop.side * (slides ? row.world.linear : row.world.angular_b)).normalized());
+  c.bias = {stop.side * row.psi_b_t, 0, 0};
+  c.W.a = row.W.a, c.W.va = row.W.va, c.W.na = row.W.na;
+  c.W.b = row.W.b, c.W.vb = row.W.vb, c.W.nb = row.W.nb;
+  c.W.A.col(0) = stop.side * row.W.A;
+  c.W.B.col(0) = stop.side * row.W.B;
+}
+
 /// The directions' columns of one body's block, and the explicit velocity that a prescribed body adds.
 void fill_body(const Body& body, const Pose& X, const Matrix3& R, const Twist& V, double sign, double t,
                ContactInstant& c, WrenchMap<3>::Block& block) {
@@ -102,6 +187,15 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
   for (std::size_t i = 0; i < model.contacts().size(); ++i) {
     const Contact& contact = model.contacts()[i];
     const auto a = static_cast<std::size_t>(contact.a.index), b = static_cast<std::size_t>(contact.b.index);
+    if (contact.stop.joint >= 0) {
+      ContactInstant& c = s.contacts.emplace_back();
+      c.contact = static_cast<int>(i);
+      c.point = contact.first_point;
+      c.e = contact.e;
+      s.contact_of_point[static_cast<std::size_t>(c.point)] = static_cast<int>(s.contacts.size()) - 1;
+      evaluate_stop(contact, s, c);
+      continue;
+    }
     const auto count = static_cast<std::size_t>(contact.gap.points());
     if (s.points.size() < count) s.points.resize(count);
     const std::span<ContactPoint> points(s.points.data(), count);
@@ -140,58 +234,6 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
   }
 }
 
-/// psi' = linear . (velocities of the anchor c_B as a point of B and of A) + angular . (w_B - w_A).
-JointRowInstant joint_row(const Model& model, const Instant& s, const JointGeometry& joint,
-                          const Vector3& c_B, const Vector3& linear, const Vector3& angular) {
-  const auto a = static_cast<std::size_t>(joint.a.index), b = static_cast<std::size_t>(joint.b.index);
-  const Body &body_a = model.bodies()[a], &body_b = model.bodies()[b];
-  JointRowInstant row;
-  row.W.connect(model, joint.a, joint.b);
-  const auto side = [&](const Body& body, std::size_t i, double sign, WrenchMap<1>::Block& block) {
-    const Vector3 moment = (c_B - s.X[i].p).cross(linear) + angular;
-    if (body.nv > 0) block = sign * coordinates(body, s.R[i], linear, moment);
-    if (body.kind == BodyKind::Prescribed)
-      row.psi_b_t += sign * (linear.dot(s.V[i].v) + moment.dot(s.V[i].w));
-  };
-  side(body_a, a, -1, row.W.A);
-  side(body_b, b, +1, row.W.B);
-  return row;
-}
-
-void evaluate_joints(const Model& model, Instant& s) {
-  s.joint_rows.clear();
-  s.joint_frictions.clear();
-  for (std::size_t i = 0; i < model.joints().size(); ++i) {
-    const JointGeometry& joint = model.joints()[i];
-    const auto a = static_cast<std::size_t>(joint.a.index), b = static_cast<std::size_t>(joint.b.index);
-    const Vector3 c_A = s.X[a] * joint.anchor_a, c_B = s.X[b] * joint.anchor_b;
-    const Vector3 none = Vector3::Zero();
-    for (std::size_t r = 0; r < joint.rows.size(); ++r) {
-      const JointRow& row = joint.rows[r];
-      const Vector3 u = s.R[a] * row.in_a;
-      const bool point = row.kind == JointRow::Kind::Point;
-      const Vector3 w = point ? none : Vector3(s.R[b] * row.in_b);
-      s.joint_rows.push_back(point ? joint_row(model, s, joint, c_B, u, none)
-                                   : joint_row(model, s, joint, c_B, none, w.cross(u)));
-      s.joint_rows.back().joint = static_cast<int>(i);
-      s.joint_rows.back().row = static_cast<int>(r);
-      s.joint_rows.back().psi_b = point ? u.dot(c_B - c_A) : u.dot(w);
-    }
-    if (joint.friction > 0) {
-      const Vector3 axis = s.R[a] * joint.axis_a;
-      const Vector3 side_a = s.R[a] * joint.side_a, side_b = s.R[b] * joint.side_b;
-      const bool turns = joint.freedom == JointFreedom::Rotation;
-      s.joint_frictions.push_back(turns ? joint_row(model, s, joint, c_B, none, axis)
-                                        : joint_row(model, s, joint, c_B, axis, none));
-      JointRowInstant& row = s.joint_frictions.back();
-      row.joint = static_cast<int>(i);
-      row.friction = joint.friction;
-      row.psi_b =
-          turns ? std::atan2(axis.dot(side_a.cross(side_b)), side_a.dot(side_b)) : axis.dot(c_B - c_A);
-    }
-  }
-}
-
 }  // namespace
 
 void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like) {
@@ -199,8 +241,15 @@ void evaluate(const Model& model, const State& x, Instant& instant, const Instan
   instant.fault.clear();
   evaluate_bodies(model, x, instant);
   evaluate_loads(model, x, instant);
-  evaluate_joints(model, instant);
+  evaluate_joints(model, x, instant);
+  evaluate_joint_loads(model, x, instant);
   evaluate_contacts(model, x, instant, like);
+  for (const auto* rows : {&instant.joint_rows, &instant.joint_coordinates})
+    for (const JointRowInstant& row : *rows)
+      if (instant.fault.empty() && !(std::isfinite(row.psi_b) && std::isfinite(row.psi_b_t) &&
+                                     row.W.A.allFinite() && row.W.B.allFinite()))
+        instant.fault =
+            "a row of joint '" + model.joint({row.joint}).name + "' is not finite at t = " + shortest(x.t);
   if (instant.fault.empty() && !instant.k.allFinite())
     instant.fault = "a load is not finite at t = " + shortest(x.t);
 }

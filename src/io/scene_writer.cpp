@@ -139,8 +139,8 @@ class SceneWriter {
     if (joint.name != "joint " + std::to_string(i + 1)) line("name", in_quotes(joint.name));
     line("kind", in_quotes(kind));
     connects(joint.a, joint.b);
-    line("point", joint.point);
-    line("axis", joint.axis);
+    line("point", joint.asked.point);
+    line("axis", joint.asked.axis);
     if (joint.friction > 0) line("friction", joint.friction);
   }
 

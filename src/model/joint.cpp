@@ -1,6 +1,7 @@
 #include "perp/model/joint.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "perp/core/errors.hpp"
 #include "perp/model/gap.hpp"
@@ -15,28 +16,117 @@ Joint revolute(BodyId a, BodyId b, JointOptions options) {
 Joint prismatic(BodyId a, BodyId b, JointOptions options) {
   return {JointKind::Prismatic, a, b, std::move(options)};
 }
+Joint cylindrical(BodyId a, BodyId b, JointOptions options) {
+  return {JointKind::Cylindrical, a, b, std::move(options)};
+}
+Joint universal(BodyId a, BodyId b, JointOptions options) {
+  return {JointKind::Universal, a, b, std::move(options)};
+}
+Joint planar(BodyId a, BodyId b, JointOptions options) {
+  return {JointKind::Planar, a, b, std::move(options)};
+}
+Joint screw(BodyId a, BodyId b, JointOptions options) { return {JointKind::Screw, a, b, std::move(options)}; }
+Joint rod(BodyId a, BodyId b, JointOptions options) { return {JointKind::Rod, a, b, std::move(options)}; }
+Joint gear(BodyId a, BodyId b, JointOptions options) { return {JointKind::Gear, a, b, std::move(options)}; }
 
 namespace {
 
-/// Which relative motions a joint forbids, in its own frame (axis, side t, side o = axis x t).
+using Kind = JointRow::Kind;
+
+/// Which relative motions a joint forbids one by one, in its own frame (axis, side t, side o = axis x t).
 struct Forbidden {
   bool along_axis, across_axis;  // translations
   bool about_axis, tilting;      // rotations
-  JointFreedom freedom;
 };
 
 Forbidden forbidden(JointKind kind) {
   switch (kind) {
     case JointKind::Fixed:
-      return {true, true, true, true, JointFreedom::None};
+      return {true, true, true, true};
     case JointKind::Ball:
-      return {true, true, false, false, JointFreedom::None};
+    case JointKind::Universal:  // and its axes stay perpendicular
+      return {true, true, false, false};
     case JointKind::Revolute:
-      return {true, true, false, true, JointFreedom::Rotation};
+      return {true, true, false, true};
     case JointKind::Prismatic:
-      return {false, true, true, true, JointFreedom::Translation};
+      return {false, true, true, true};
+    case JointKind::Cylindrical:
+    case JointKind::Screw:  // and it slides as it turns
+      return {false, true, false, true};
+    case JointKind::Planar:
+      return {true, false, false, true};
+    case JointKind::Rod:
+    case JointKind::Gear:
+      break;
   }
-  return {};
+  return {false, false, false, false};
+}
+
+bool one_freedom(JointKind kind) {
+  return kind == JointKind::Revolute || kind == JointKind::Prismatic || kind == JointKind::Screw;
+}
+
+Vector3 direction(const std::string& where, const char* argument, const Vector3& v) {
+  const double length = v.norm();
+  if (!(length > 0) || !std::isfinite(length)) refuse(where, argument, length, "needs a direction");
+  return v / length;
+}
+
+void check_options(const std::string& where, const Joint& joint) {
+  const JointOptions& options = joint.options;
+  if (joint.a == joint.b) refuse(where, "b", "the body that a is too", "a joint needs two bodies");
+  if (!options.point.allFinite()) refuse(where, "point", "not finite", "needs finite entries [m]");
+  if (!options.point_b.allFinite()) refuse(where, "point_b", "not finite", "needs finite entries [m]");
+  if (!(options.friction >= 0) || !std::isfinite(options.friction))
+    refuse(where, "friction", options.friction, "needs to be >= 0 and finite [N m or N]");
+  if (options.friction > 0 && !one_freedom(joint.kind))
+    refuse(where, "friction", options.friction, "needs a joint with one degree of freedom");
+  if (joint.kind == JointKind::Screw && (!std::isfinite(options.lead) || options.lead == 0))
+    refuse(where, "lead", options.lead, "a screw needs its advance per angle [m/rad]");
+  if (joint.kind == JointKind::Gear && (!std::isfinite(options.ratio) || options.ratio == 0))
+    refuse(where, "ratio", options.ratio, "a gear needs the turns of b per turn of a");
+}
+
+void check_planar(const std::string& where, JointKind kind, const Vector3& axis, const Vector3& axis_b) {
+  const auto turns = [](const Vector3& d) { return std::abs(d.z()) > 1 - 1e-12; };
+  switch (kind) {
+    case JointKind::Revolute:
+      if (!turns(axis)) refuse(where, "axis", "not the z axis", "a planar revolute joint turns about z");
+      return;
+    case JointKind::Prismatic:
+      if (std::abs(axis.z()) > 1e-12)
+        refuse(where, "axis", "not in the xy plane", "a planar prismatic joint slides in the xy plane");
+      return;
+    case JointKind::Gear:
+      if (!turns(axis) || !turns(axis_b))
+        refuse(where, "axis", "not the z axis", "gears of planar bodies turn about z");
+      return;
+    case JointKind::Cylindrical:
+    case JointKind::Universal:
+    case JointKind::Planar:
+    case JointKind::Screw:
+      refuse(where, "kind", "of spatial bodies",
+             "planar bodies can have fixed, ball, revolute, prismatic, rod, gear");
+    default:
+      return;
+  }
+}
+
+/// Of the angles that differ by whole turns, that nearest to `near`.
+double unwrapped(double angle, double near) {
+  return near + std::remainder(angle - near, 2 * std::numbers::pi);
+}
+
+/// Angle within half a turn of zero, and its gradient g in world axes.
+struct TurnValue {
+  double angle;
+  Vector3 gradient;
+};
+
+TurnValue value(const JointTurn& turn, const Quaternion& of_axis, const Quaternion& of_hand) {
+  const Vector3 axis = of_axis * turn.axis, zero = of_axis * turn.zero, hand = of_hand * turn.hand;
+  const Vector3 s = hand - axis * axis.dot(hand);
+  return {std::atan2(axis.dot(zero.cross(s)), zero.dot(s)), axis - s * (hand.dot(axis) / s.squaredNorm())};
 }
 
 }  // namespace
@@ -44,53 +134,36 @@ Forbidden forbidden(JointKind kind) {
 JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X_WB, bool planar) {
   const JointOptions& options = joint.options;
   const std::string where = "joint '" + options.name + "'";
-  if (joint.a == joint.b) refuse(where, "b", "the body that a is too", "a joint needs two bodies");
-  if (!options.point.allFinite()) refuse(where, "point", "not finite", "needs finite entries [m]");
-  const double length = options.axis.norm();
-  if (!(length > 0) || !std::isfinite(length)) refuse(where, "axis", length, "needs a direction");
-  if (!(options.friction >= 0) || !std::isfinite(options.friction))
-    refuse(where, "friction", options.friction, "needs to be >= 0 and finite [N m or N]");
-
-  const Forbidden no = forbidden(joint.kind);
-  if (options.friction > 0 && no.freedom == JointFreedom::None)
-    refuse(where, "friction", options.friction, "needs a joint with one degree of freedom");
-
-  const Matrix3 frame = contact_frame(options.axis / length);  // axis, t, o in world axes
+  check_options(where, joint);
+  const Matrix3 frame = contact_frame(direction(where, "axis", options.axis));  // axis, t, o in world axes
   const Vector3 axis = frame.col(0), t = frame.col(1), o = frame.col(2);
+  const bool two_axes = joint.kind == JointKind::Universal || joint.kind == JointKind::Gear;
+  const Vector3 axis_b = two_axes && !options.axis_b.isZero(0) ? direction(where, "axis_b", options.axis_b)
+                         : joint.kind == JointKind::Universal  ? t
+                                                               : axis;
+  if (planar) check_planar(where, joint.kind, axis, axis_b);
+
   const auto in_a = [&](const Vector3& d) -> Vector3 { return X_WA.q.conjugate() * d; };
   const auto in_b = [&](const Vector3& d) -> Vector3 { return X_WB.q.conjugate() * d; };
-
-  if (planar) {
-    const bool turns = std::abs(axis.z()) > 1 - 1e-12, lies = std::abs(axis.z()) < 1e-12;
-    if (joint.kind == JointKind::Revolute && !turns)
-      refuse(where, "axis", "not the z axis", "a planar revolute joint turns about z");
-    if (joint.kind == JointKind::Prismatic && !lies)
-      refuse(where, "axis", "not in the xy plane", "a planar prismatic joint slides in the xy plane");
-  }
-
   JointGeometry g;
   g.kind = joint.kind;
   g.name = options.name;
   g.a = joint.a;
   g.b = joint.b;
-  g.point = options.point;
-  g.axis = options.axis;
+  g.asked = options;
   g.anchor_a = X_WA.inverse() * options.point;
-  g.anchor_b = X_WB.inverse() * options.point;
-  g.axis_a = in_a(axis);
-  g.side_a = in_a(t);
-  g.side_b = in_b(t);
-  g.freedom = no.freedom;
+  g.anchor_b = X_WB.inverse() * (joint.kind == JointKind::Rod ? options.point_b : options.point);
   g.friction = options.friction;
 
   // in the plane only motions along x, y and about z exist
   const auto point = [&](const Vector3& d) {
-    if (!planar || std::abs(d.z()) < 0.5) g.rows.push_back({JointRow::Kind::Point, in_a(d), Vector3::Zero()});
+    if (!planar || std::abs(d.z()) < 0.5) g.rows.push_back({.kind = Kind::Point, .in_a = in_a(d)});
   };
   const auto perpendicular = [&](const Vector3& u, const Vector3& w) {
     if (!planar || std::abs(u.cross(w).z()) > 0.5)
-      g.rows.push_back({JointRow::Kind::Perpendicular, in_a(u), in_b(w)});
+      g.rows.push_back({.kind = Kind::Perpendicular, .in_a = in_a(u), .in_b = in_b(w)});
   };
+  const Forbidden no = forbidden(joint.kind);
   if (no.across_axis) {
     point(t);
     point(o);
@@ -101,7 +174,122 @@ JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X
     perpendicular(o, axis);
   }
   if (no.about_axis) perpendicular(o, t);
+
+  const auto slide = [&](std::string_view name, const Vector3& d) {
+    g.coordinates.push_back({name, JointFreedom::Translation, {.kind = Kind::Point, .in_a = in_a(d)}});
+  };
+  const JointTurn turn{in_a(axis), in_a(t), in_b(t)};
+  const auto angle = [&](std::string_view name) {
+    g.coordinates.push_back({name, JointFreedom::Rotation, {.kind = Kind::Angle, .turn = turn}});
+  };
+  switch (joint.kind) {
+    case JointKind::Revolute:
+      angle("angle");
+      break;
+    case JointKind::Prismatic:
+      slide("slide", axis);
+      break;
+    case JointKind::Cylindrical:
+      angle("angle");
+      slide("slide", axis);
+      break;
+    case JointKind::Planar:
+      slide("x", t);
+      slide("y", o);
+      angle("angle");
+      break;
+    case JointKind::Universal: {
+      if (std::abs(axis.dot(axis_b)) > 1e-9)
+        refuse(where, "axis_b", "not across axis", "the two axes of a universal joint are perpendicular");
+      perpendicular(axis, axis_b);
+      g.coordinates.push_back({"angle_a",
+                               JointFreedom::Rotation,
+                               {.kind = Kind::Angle, .turn = {in_a(axis), in_a(axis_b), in_b(axis_b)}}});
+      g.coordinates.push_back({"angle_b",
+                               JointFreedom::Rotation,
+                               {.kind = Kind::AngleBack, .turn = {in_b(axis_b), in_b(axis), in_a(axis)}}});
+      break;
+    }
+    case JointKind::Screw:
+      g.rows.push_back({.kind = Kind::Screw, .in_a = in_a(axis), .number = options.lead, .turn = turn});
+      angle("angle");
+      break;
+    case JointKind::Rod: {
+      const double length = (options.point_b - options.point).norm();
+      if (!(length > 0)) refuse(where, "point_b", "where point is", "a rod needs a length");
+      g.rows.push_back({.kind = Kind::Distance, .number = length});
+      break;
+    }
+    case JointKind::Gear: {
+      const Vector3 t_b = contact_frame(axis_b).col(1);
+      g.rows.push_back({.kind = Kind::Gear,
+                        .number = options.ratio,
+                        .turn = {axis, t, in_a(t)},
+                        .turn_b = {axis_b, t_b, in_b(t_b)}});
+      break;
+    }
+    default:
+      break;
+  }
+  g.motions.resize(g.coordinates.size());
   return g;
+}
+
+JointRowValue evaluate(const JointRow& row, const JointGeometry& joint, const Pose& X_WA, const Pose& X_WB,
+                       const double (&near)[2]) {
+  JointRowValue v;
+  const auto apart = [&]() -> Vector3 { return X_WB * joint.anchor_b - X_WA * joint.anchor_a; };
+  switch (row.kind) {
+    case Kind::Point:
+      v.linear = X_WA.q * row.in_a;
+      v.psi = v.linear.dot(apart());
+      break;
+    case Kind::Perpendicular: {
+      const Vector3 u = X_WA.q * row.in_a, w = X_WB.q * row.in_b;
+      v.psi = u.dot(w);
+      v.angular_a = v.angular_b = w.cross(u);
+      break;
+    }
+    case Kind::Distance: {
+      const Vector3 d = apart();
+      const double length = d.norm();
+      v.psi = length - row.number;
+      v.linear = d / length;
+      break;
+    }
+    case Kind::Angle: {
+      const TurnValue turn = value(row.turn, X_WA.q, X_WB.q);
+      v.psi = v.angles[0] = unwrapped(turn.angle, near[0]);
+      v.angular_a = v.angular_b = turn.gradient;
+      break;
+    }
+    case Kind::AngleBack: {
+      const TurnValue turn = value(row.turn, X_WB.q, X_WA.q);
+      v.psi = v.angles[0] = unwrapped(-turn.angle, near[0]);
+      v.angular_a = v.angular_b = turn.gradient;
+      break;
+    }
+    case Kind::Screw: {
+      const TurnValue turn = value(row.turn, X_WA.q, X_WB.q);
+      v.linear = X_WA.q * row.in_a;
+      const double slide = v.linear.dot(apart());
+      v.angles[0] = unwrapped(turn.angle, slide / row.number);
+      v.psi = slide - row.number * v.angles[0];
+      v.angular_a = v.angular_b = -row.number * turn.gradient;
+      break;
+    }
+    case Kind::Gear: {
+      const TurnValue a = value(row.turn, Quaternion::Identity(), X_WA.q),
+                      b = value(row.turn_b, Quaternion::Identity(), X_WB.q);
+      v.angles[0] = unwrapped(a.angle, near[0]);
+      v.angles[1] = unwrapped(b.angle, near[1]);
+      v.psi = v.angles[1] - row.number * v.angles[0];
+      v.angular_a = row.number * a.gradient;
+      v.angular_b = b.gradient;
+      break;
+    }
+  }
+  return v;
 }
 
 }  // namespace perp

@@ -15,6 +15,7 @@ std::uint64_t next_revision() {
 }
 
 bool moves(BodyKind kind) { return kind != BodyKind::Ground && kind != BodyKind::Prescribed; }
+bool in_plane(BodyKind kind) { return kind == BodyKind::Planar || !moves(kind); }
 
 void need_finite(std::string_view where, std::string_view argument, const Vector3& v) {
   for (const double x : v)
@@ -115,10 +116,13 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options
   if (!contact_names_.insert(contact.name).second)
     refuse("add_contact", "name", contact.name, "is taken already");
 
-  const auto in_plane = [](BodyKind kind) { return kind == BodyKind::Planar || !moves(kind); };
   contact.tangents = contact.mu == 0 ? 0 : in_plane(kind_a) && in_plane(kind_b) ? 1 : 2;
-  points_ += contact.gap.points();
+  add(std::move(contact));
+  return {static_cast<int>(contacts_.size()) - 1};
+}
 
+void Model::add(Contact contact) {
+  points_ += contact.gap.points();
   if (point_names_.use_count() > 1)  // a report or a copy of this model reads the old list
     point_names_ = std::make_shared<std::vector<std::string>>(*point_names_);
   for (int i = 0; i < contact.gap.points(); ++i)
@@ -126,7 +130,6 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options
                                                       : contact.name + "." + std::to_string(i));
   contacts_.push_back(std::move(contact));
   changed();
-  return {static_cast<int>(contacts_.size()) - 1};
 }
 
 JointId Model::add_joint(const Joint& joint) {
@@ -138,14 +141,101 @@ JointId Model::add_joint(const Joint& joint) {
   const std::string where = "joint '" + named.options.name + "'";
   if (!moves(a.kind) && !moves(b.kind))
     refuse(where, "a and b", "immovable", "one of them needs to be able to move");
-  if ((a.kind == BodyKind::Particle || b.kind == BodyKind::Particle) && joint.kind != JointKind::Ball)
-    refuse(where, "a or b", "a particle", "a particle has no orientation: only a ball joint fits");
+  if ((a.kind == BodyKind::Particle || b.kind == BodyKind::Particle) && joint.kind != JointKind::Ball &&
+      joint.kind != JointKind::Rod)
+    refuse(where, "a or b", "a particle", "a particle has no orientation: only a ball joint or a rod fits");
   for (const JointGeometry& other : joints_)
     if (other.name == named.options.name) refuse("add_joint", "name", other.name, "is taken already");
-  const auto in_plane = [](BodyKind kind) { return kind == BodyKind::Planar || !moves(kind); };
-  joints_.push_back(joint_geometry(named, a.rest, b.rest, in_plane(a.kind) && in_plane(b.kind)));
+  JointGeometry g = joint_geometry(named, a.rest, b.rest, in_plane(a.kind) && in_plane(b.kind));
+
+  // the coordinates of planar bodies count turns, and a screw's slide does
+  const auto counts = [](BodyKind kind) { return kind == BodyKind::Planar || kind == BodyKind::Ground; };
+  const auto give_windings = [&](JointRow& row) {
+    using Kind = JointRow::Kind;
+    const int angles = row.kind == Kind::Angle || row.kind == Kind::AngleBack ? 1
+                       : row.kind == Kind::Gear                               ? 2
+                                                                              : 0;
+    if (angles == 0 || (counts(a.kind) && counts(b.kind))) return;
+    row.winding = windings_;
+    windings_ += angles;
+  };
+  for (JointRow& row : g.rows) give_windings(row);
+  for (JointCoordinate& c : g.coordinates) give_windings(c.row);
+  joints_.push_back(std::move(g));
   changed();
   return {static_cast<int>(joints_.size()) - 1};
+}
+
+const JointCoordinate& Model::need_coordinate(std::string_view where, JointId id, int coordinate) const {
+  need_index(where, "joint", id.index, joints_.size());
+  if (coordinate < 0 || static_cast<std::size_t>(coordinate) >= joint(id).coordinates.size())
+    refuse(where, "coordinate", coordinate,
+           "joint '" + joint(id).name + "' has " + std::to_string(joint(id).coordinates.size()));
+  return joint(id).coordinates[static_cast<std::size_t>(coordinate)];
+}
+
+void Model::add_limit(JointId id, const JointLimit& limit) {
+  const JointCoordinate& coordinate = need_coordinate("add_limit", id, limit.coordinate);
+  if (!(limit.lower <= limit.upper)) refuse("add_limit", "lower", limit.lower, "needs to be <= upper");
+  if (!(limit.lower < infinity)) refuse("add_limit", "lower", limit.lower, "needs to be less than infinite");
+  if (!(limit.upper > -infinity))
+    refuse("add_limit", "upper", limit.upper, "needs to be more than -infinite");
+  if (!(limit.e >= 0 && limit.e <= 1)) refuse("add_limit", "e", limit.e, "needs to be in [0, 1]");
+  const JointGeometry& j = joint(id);
+  const std::string name = j.coordinates.size() == 1 ? j.name : j.name + "." + std::string(coordinate.name);
+  const std::string names[] = {name + ".lower", name + ".upper"};
+  for (const std::string& stop : names)
+    if (contact_names_.contains(stop)) refuse("add_limit", "name", stop, "is taken already");
+  const Gap none([](const Pose&, const Pose&, double) { return ContactPoint{}; });
+  for (const double side : {1.0, -1.0}) {
+    const double at = side > 0 ? limit.lower : limit.upper;
+    if (!std::isfinite(at)) continue;
+    const std::string& stop = names[side > 0 ? 0 : 1];
+    contact_names_.insert(stop);
+    add(Contact{.name = stop,
+                .a = j.a,
+                .b = j.b,
+                .gap = none,
+                .e = limit.e,
+                .tangent = Vector3::Zero(),
+                .first_point = points_,
+                .tangents = 0,
+                .stop = {id.index, limit.coordinate, side, at}});
+  }
+}
+
+void Model::add_motion(JointId id, JointMotion motion, int coordinate) {
+  need_coordinate("add_motion", id, coordinate);
+  if (!motion.position || !motion.rate || !motion.acceleration)
+    refuse("add_motion", "motion", "without position, rate or acceleration",
+           "needs all as functions of time");
+  JointGeometry& j = joints_[static_cast<std::size_t>(id.index)];
+  if (j.friction > 0)
+    refuse("add_motion", "joint", j.name, "has friction, which a prescribed motion leaves nothing to decide");
+  std::optional<JointMotion>& place = j.motions[static_cast<std::size_t>(coordinate)];
+  if (place) refuse("add_motion", "coordinate", coordinate, "is moved already");
+  place = std::move(motion);
+  changed();
+}
+
+void Model::add_motor(JointMotor motor) {
+  need_coordinate("add_motor", motor.joint, motor.coordinate);
+  if (!motor.effort) refuse("add_motor", "effort", "empty", "needs a function");
+  motors_.push_back(std::move(motor));
+  changed();
+}
+
+void Model::add_joint_spring(const JointSpring& spring) {
+  need_coordinate("add_joint_spring", spring.joint, spring.coordinate);
+  const auto need = [](const char* argument, double value) {
+    if (!(value >= 0) || !std::isfinite(value))
+      refuse("add_joint_spring", argument, value, "needs to be >= 0 and finite");
+  };
+  need("stiffness", spring.stiffness);
+  need("damping", spring.damping);
+  if (!std::isfinite(spring.rest)) refuse("add_joint_spring", "rest", spring.rest, "needs to be finite");
+  joint_springs_.push_back(spring);
+  changed();
 }
 
 void Model::add_spring(const Spring& spring) {
@@ -195,5 +285,6 @@ int find(const Things& things, std::string_view name, const char* where) {
 
 BodyId Model::find_body(std::string_view name) const { return {find(bodies_, name, "find_body")}; }
 ContactId Model::find_contact(std::string_view name) const { return {find(contacts_, name, "find_contact")}; }
+JointId Model::find_joint(std::string_view name) const { return {find(joints_, name, "find_joint")}; }
 
 }  // namespace perp

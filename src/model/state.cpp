@@ -2,6 +2,7 @@
 #include "perp/model/state.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "perp/core/errors.hpp"
 #include "perp/model/model.hpp"
@@ -12,6 +13,8 @@ namespace {
 Quaternion orientation(const Vector& q, int q0) { return {q[q0 + 3], q[q0 + 4], q[q0 + 5], q[q0 + 6]}; }
 
 void set(Vector& q, int q0, const Quaternion& r) { q.segment<4>(q0 + 3) << r.w(), r.x(), r.y(), r.z(); }
+
+constexpr double quarter_turn = std::numbers::pi / 2;
 
 double about_z(const Quaternion& q) { return 2 * std::atan2(q.z(), q.w()); }
 
@@ -27,7 +30,7 @@ void need_finite(const char* where, const char* argument, const Vector3& v) {
 }  // namespace
 
 State Model::rest() const {
-  State x{.t = 0, .q = Vector::Zero(nq_), .nu = Vector::Zero(nv_)};
+  State x{.t = 0, .q = Vector::Zero(nq_), .nu = Vector::Zero(nv_), .winding = Vector::Zero(windings_)};
   for (const Body& b : bodies_) {
     if (b.kind == BodyKind::Planar) x.q.segment<3>(b.q0) << b.rest.p.x(), b.rest.p.y(), about_z(b.rest.q);
     if (b.kind == BodyKind::Particle || b.kind == BodyKind::Spatial) x.q.segment<3>(b.q0) = b.rest.p;
@@ -121,6 +124,56 @@ double Model::angle(const State& x, BodyId id) const {
   return x.q[b.q0 + 2];
 }
 
+JointRowValue Model::evaluate(const State& x, const JointGeometry& j, const JointRow& row) const {
+  return evaluate(x, j, row, pose(x, j.a), pose(x, j.b));
+}
+
+JointRowValue Model::evaluate(const State& x, const JointGeometry& j, const JointRow& row, const Pose& X_WA,
+                              const Pose& X_WB) const {
+  double near[2] = {0, 0};
+  if (row.winding >= 0 && x.winding.size() == windings_) {
+    for (int i = 0; i < (row.kind == JointRow::Kind::Gear ? 2 : 1); ++i)
+      near[i] = x.winding[row.winding + i] * quarter_turn;
+  } else if (row.kind == JointRow::Kind::Angle || row.kind == JointRow::Kind::Gear) {
+    const auto turned = [&](const Body& b) {
+      return b.kind == BodyKind::Planar ? x.q[b.q0 + 2] - about_z(b.rest.q) : 0.0;
+    };
+    const double a = row.turn.axis.z() * turned(body(j.a));
+    const bool gear = row.kind == JointRow::Kind::Gear;
+    near[0] = gear ? a : row.turn.axis.z() * turned(body(j.b)) - a;
+    near[1] = gear ? row.turn_b.axis.z() * turned(body(j.b)) : 0;
+  }
+  return perp::evaluate(row, j, X_WA, X_WB, near);
+}
+
+double Model::coordinate(const State& x, JointId id, int i) const {
+  return evaluate(x, joint(id), need_coordinate("coordinate", id, i).row).psi;
+}
+
+double Model::coordinate_rate(const State& x, JointId id, int i) const {
+  const JointGeometry& j = joint(id);
+  const JointRowValue row = evaluate(x, j, need_coordinate("coordinate_rate", id, i).row);
+  const Vector3 c = pose(x, j.b) * j.anchor_b;
+  const Twist a = twist(x, j.a), b = twist(x, j.b);
+  return row.linear.dot(b.at(c - position(x, j.b)) - a.at(c - position(x, j.a))) + row.angular_b.dot(b.w) -
+         row.angular_a.dot(a.w);
+}
+
+void Model::follow_turns(State& x) const {
+  if (windings_ == 0) return;
+  if (x.winding.size() != windings_) x.winding.setZero(windings_);
+  const auto follow = [&](const JointGeometry& j, const JointRow& row) {
+    if (row.winding < 0) return;
+    const JointRowValue now = evaluate(x, j, row);
+    for (int i = 0; i < (row.kind == JointRow::Kind::Gear ? 2 : 1); ++i)
+      x.winding[row.winding + i] = std::round(now.angles[i] / quarter_turn);
+  };
+  for (const JointGeometry& j : joints_) {
+    for (const JointRow& row : j.rows) follow(j, row);
+    for (const JointCoordinate& c : j.coordinates) follow(j, c.row);
+  }
+}
+
 double Model::kinetic_energy(const State& x) const {
   double energy = 0;
   for (const Body& b : bodies_) {
@@ -145,6 +198,10 @@ double Model::energy(const State& x) const {
   }
   for (const Spring& s : springs_) {
     const double stretch = (pose(x, s.b) * s.point_b - pose(x, s.a) * s.point_a).norm() - s.length;
+    energy += 0.5 * s.stiffness * stretch * stretch;
+  }
+  for (const JointSpring& s : joint_springs_) {
+    const double stretch = coordinate(x, s.joint, s.coordinate) - s.rest;
     energy += 0.5 * s.stiffness * stretch * stretch;
   }
   return energy;
@@ -174,6 +231,7 @@ void Model::check(std::string_view where, const State& x) const {
   if (!std::isfinite(x.t)) refuse(where, "x.t", x.t, "needs to be finite [s]");
   check("x.q", x.q, nq_);
   check("x.nu", x.nu, nv_);
+  if (x.winding.size() > 0) check("x.winding", x.winding, windings_);
 }
 
 void move(const Model& model, const Vector& nu, double h, Vector& q) {

@@ -212,6 +212,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
 
   w.moved.t = request.t_end;
   w.moved.q = x.q;
+  w.moved.winding = x.winding;
   move(model, w.answer.nu, request.h, w.moved.q);
   w.moved.nu = final->nu;
   if (!w.moved.q.allFinite() || !w.moved.nu.allFinite())

@@ -48,7 +48,8 @@ double kinematic_residual(const Model& model, const Vector& q, const Vector& nu,
 }  // namespace
 
 const Instant& StartInstant::at(const Model& model, const State& x) {
-  if (revision_ != model.revision() || x.t != x_.t || x.q != x_.q || x.nu != x_.nu) {
+  if (revision_ != model.revision() || x.t != x_.t || x.q != x_.q || x.nu != x_.nu ||
+      x.winding.size() != x_.winding.size() || x.winding != x_.winding) {
     evaluate(model, x, instant_);
     revision_ = model.revision();
     x_ = x;

@@ -63,6 +63,7 @@ void Stepper::step(const Model& model, State& x, const StepRequest& request, Ste
   report.joints.clear();
   report.point_names = model.point_names();
   advance(model, x, complete, report);
+  if (report.advanced()) model.follow_turns(x);
 }
 
 }  // namespace perp

@@ -62,14 +62,17 @@ struct ContactInstant {
   Vector3 velocity(const Vector& nu) const { return W.velocity(nu) + bias; }
 };
 
-/// One equation of a joint, or (as `friction`) the motion along which a joint has friction.
+/// One equation of a joint, a coordinate of a joint, or (as `friction`) the one along which a joint has friction.
 struct JointRowInstant {
-  int joint = 0;        ///< in Model::joints()
-  int row = -1;         ///< in JointGeometry::rows; -1 of the motion with friction
-  double psi_b = 0;     ///< [m] or [rad]; of friction rows the joint's coordinate
-  double psi_b_t = 0;   ///< explicit time derivative [m/s, rad/s]
-  double friction = 0;  ///< c_max [N, N m]; 0 in equations
-  WrenchMap<1> W;       ///< W_b of (24)
+  int joint = 0;                    ///< in Model::joints()
+  int row = -1;                     ///< in JointGeometry::rows; -1: made of a coordinate
+  int coordinate = -1;              ///< of coordinates, friction, and the equation of a prescribed motion
+  double psi_b = 0;                 ///< [m] or [rad]; of friction rows the joint's coordinate
+  double psi_b_t = 0;               ///< explicit time derivative [m/s, rad/s]
+  double friction = 0;              ///< c_max [N, N m]; 0 in equations
+  WrenchMap<1> W;                   ///< W_b of (24)
+  JointRowValue world;              ///< the row in world axes: force and moment of a unit impulse on b
+  Vector3 point = Vector3::Zero();  ///< c_B, where its force acts, world axes [m]
 
   double velocity(const Vector& nu) const { return W.velocity(nu)[0] + psi_b_t; }
 };
@@ -84,6 +87,8 @@ struct Instant {
   std::vector<ContactInstant> contacts;     ///< points with a finite gap, in the model's order
   std::vector<JointRowInstant> joint_rows;  ///< psi_b = 0, in the model's order
   std::vector<JointRowInstant> joint_frictions;
+  std::vector<JointRowInstant> joint_coordinates;  ///< of all joints, in the model's order
+  std::vector<int> first_coordinate;               ///< of each joint, in joint_coordinates
 
   /// Empty, or what was not finite: "gap of contact 'floor' is nan at t = 0.3". The rest is then incomplete.
   std::string fault;

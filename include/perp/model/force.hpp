@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "perp/model/body.hpp"
+#include "perp/model/joint.hpp"
 #include "perp/model/recipe.hpp"
 #include "perp/model/state.hpp"
 
@@ -26,6 +27,26 @@ struct Spring {
   double stiffness = 0;                                          ///< [N/m] >= 0
   double damping = 0;                                            ///< [N s/m] >= 0
   double length = 0;                                             ///< unstretched [m] >= 0
+};
+
+/// Spring and damper along a joint's coordinate c: a moment or force on B, its opposite on A, of
+///   -(stiffness (c - rest) + damping c').
+struct JointSpring {
+  JointId joint;
+  double stiffness = 0;  ///< [N m/rad] or [N/m] >= 0
+  double damping = 0;    ///< [N m s/rad] or [N s/m] >= 0
+  double rest = 0;       ///< [rad] or [m]
+  int coordinate = 0;    ///< which of the joint's
+};
+
+/// A motor that gives a moment or force [N m, N] along a joint's coordinate, on B, its opposite on A. It has no part in
+/// Model::energy.
+struct JointMotor {
+  using Effort = std::function<double(const Model&, const State&, double coordinate, double rate)>;
+  JointId joint;
+  Effort effort;
+  int coordinate = 0;  ///< which of the joint's
+  Recipe recipe = {};
 };
 
 /// Any load on one body that depends on the whole state. It has no part in Model::energy.

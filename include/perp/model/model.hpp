@@ -45,6 +45,12 @@ struct Contact {
   Vector3 tangent;
   int first_point = 0;  ///< of its points among all points of the model
   int tangents = 2;     ///< directions of friction: 2 in space, 1 in the plane, 0 without friction
+  /// Of a joint's stop: gap = side (coordinate - limit), side = 1 below and -1 above; `gap` then has no point.
+  struct Stop {
+    int joint = -1;  ///< in Model::joints(); -1: no stop, `gap` counts
+    int coordinate = 0;
+    double side = 1, limit = 0;
+  } stop = {};
 };
 
 struct Momentum {
@@ -66,6 +72,11 @@ class Model {
 
   ContactId add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options = {});
   JointId add_joint(const Joint& joint);
+  void add_limit(JointId joint, const JointLimit& limit);
+  void add_motion(JointId joint, JointMotion motion,
+                  int coordinate = 0);  ///< one a coordinate; not where friction is
+  void add_motor(JointMotor motor);
+  void add_joint_spring(const JointSpring& spring);
   void add_spring(const Spring& spring);
   void add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench, Recipe recipe = {});
   void set_gravity(const Vector3& g);  ///< [m/s^2], world axes; (0, 0, -9.81) by default
@@ -75,14 +86,19 @@ class Model {
   const std::vector<JointGeometry>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
   const std::vector<BodyForce>& forces() const { return forces_; }
+  const std::vector<JointSpring>& joint_springs() const { return joint_springs_; }
+  const std::vector<JointMotor>& motors() const { return motors_; }
   const Vector3& gravity() const { return gravity_; }
   const Body& body(BodyId b) const { return bodies_[static_cast<std::size_t>(b.index)]; }
+  const JointGeometry& joint(JointId j) const { return joints_[static_cast<std::size_t>(j.index)]; }
   int nq() const { return nq_; }
   int nv() const { return nv_; }
   int contact_points() const { return points_; }  ///< of all contacts
+  int windings() const { return windings_; }      ///< size of State::winding
 
   BodyId find_body(std::string_view name) const;        ///< throws std::invalid_argument if there is none
   ContactId find_contact(std::string_view name) const;  ///< likewise
+  JointId find_joint(std::string_view name) const;      ///< likewise
 
   /// All bodies at their BodyOptions::pose, at rest, t = 0.
   State rest() const;
@@ -99,6 +115,17 @@ class Model {
   Vector3 angular_velocity(const State& x, BodyId b) const { return twist(x, b).w; }
   double angle(const State& x, BodyId planar) const;  ///< a planar body's, not wrapped [rad]
 
+  /// A row of a joint at x: its equations and coordinates are JointGeometry's.
+  JointRowValue evaluate(const State& x, const JointGeometry& joint, const JointRow& row) const;
+  /// The same where the bodies' poses at x are known.
+  JointRowValue evaluate(const State& x, const JointGeometry& joint, const JointRow& row, const Pose& X_WA,
+                         const Pose& X_WB) const;
+  double coordinate(const State& x, JointId joint, int i = 0) const;       ///< [rad, m], zero in rest()
+  double coordinate_rate(const State& x, JointId joint, int i = 0) const;  ///< [rad/s, m/s]
+  /// Brings x.winding up to where the angles of joints are now. Whoever moves a state by less than half a turn at a time and
+  /// calls this after each move has angles that count turns; Stepper::step does.
+  void follow_turns(State& x) const;
+
   /// Kinetic energy, and potential energy of gravity and springs (zero at the origin and unstretched) [J].
   double energy(const State& x) const;
   double kinetic_energy(const State& x) const;
@@ -114,6 +141,8 @@ class Model {
 
  private:
   BodyId add(Body body, BodyOptions options, const char* where);
+  void add(Contact contact);
+  const JointCoordinate& need_coordinate(std::string_view where, JointId joint, int coordinate) const;
   void changed();
 
   std::vector<Body> bodies_;
@@ -121,8 +150,10 @@ class Model {
   std::vector<JointGeometry> joints_;
   std::vector<Spring> springs_;
   std::vector<BodyForce> forces_;
+  std::vector<JointSpring> joint_springs_;
+  std::vector<JointMotor> motors_;
   Vector3 gravity_{0, 0, -9.81};
-  int nq_ = 0, nv_ = 0, points_ = 0;
+  int nq_ = 0, nv_ = 0, points_ = 0, windings_ = 0;
   std::uint64_t revision_ = 0;
   std::unordered_set<std::string> contact_names_;
   std::shared_ptr<std::vector<std::string>> point_names_;
