@@ -41,33 +41,36 @@ struct Side {
 };
 
 /// Directions fixed to a pair at one point, and how they turn: rows psi' = linear . (relative velocity at the point) +
-/// angular . (relative turning).
+/// angular[1] . w_b - angular[0] . w_a.
 template <int C>
 struct Directions {
-  Vector3 linear[C], angular[C];
-  Columns d_linear[C], d_angular[C];
+  Vector3 linear[C], angular[2][C];  // angular on a and on b
+  Columns d_linear[C], d_angular[2][C];
   Columns d_point;
   Side side[2];
 
   /// (W p)' by the twists of both bodies, in their coordinates: of the wrench s (F, r x F + A) on each, seen from the body.
   void force(const Eigen::Matrix<double, C, 1>& p, Eigen::Matrix<double, 12, 12>& out) const {
-    Vector3 F = Vector3::Zero(), A = Vector3::Zero();
-    Columns dF = Columns::Zero(), dA = Columns::Zero();
+    Vector3 F = Vector3::Zero(), A[2] = {F, F};
+    Columns dF = Columns::Zero(), dA[2] = {dF, dF};
     for (int j = 0; j < C; ++j) {
       F += p[j] * linear[j];
-      A += p[j] * angular[j];
       dF += p[j] * d_linear[j];
-      dA += p[j] * d_angular[j];
+      for (int i = 0; i < 2; ++i) {
+        A[i] += p[j] * angular[i][j];
+        dA[i] += p[j] * d_angular[i][j];
+      }
     }
     out.setZero();
-    for (const Side& s : side) {
+    for (int i = 0; i < 2; ++i) {
+      const Side& s = side[i];
       if (s.body.nv == 0) continue;
       Eigen::Matrix<double, 6, 12> wrench;
       Columns dr = d_point;
       dr.middleCols<3>(s.v) -= Matrix3::Identity();
       wrench.topRows<3>() = dF;
-      wrench.bottomRows<3>() = skew(s.r) * dF - skew(F) * dr + dA;
-      wrench.bottomRows<3>().middleCols<3>(s.w) += skew(s.r.cross(F) + A);
+      wrench.bottomRows<3>() = skew(s.r) * dF - skew(F) * dr + dA[i];
+      wrench.bottomRows<3>().middleCols<3>(s.w) += skew(s.r.cross(F) + A[i]);
       const Eigen::Matrix<double, 6, 12> own = s.sign * s.T.transpose() * wrench;
       out.middleRows<6>(s.v).leftCols<6>() = own.leftCols<6>() * side[0].T;
       out.middleRows<6>(s.v).rightCols<6>() = own.rightCols<6>() * side[1].T;
@@ -77,15 +80,16 @@ struct Directions {
   /// Derivative of row j's velocity by the twists, world axes; a body's own w keeps its body components if it is free.
   Eigen::Matrix<double, 1, 12> velocity(int j) const {
     Eigen::Matrix<double, 1, 12> du = Eigen::Matrix<double, 1, 12>::Zero();
-    for (const Side& s : side) {
+    for (int i = 0; i < 2; ++i) {
+      const Side& s = side[i];
       const Vector3 w = s.V.w, v = s.V.at(s.r);
       const Matrix3 W = skew(w);
-      du += s.sign * (v.transpose() * d_linear[j] + w.transpose() * d_angular[j] +
+      du += s.sign * (v.transpose() * d_linear[j] + w.transpose() * d_angular[i][j] +
                       linear[j].transpose() * W * d_point);
       du.middleCols<3>(s.v) -= s.sign * linear[j].transpose() * W;
       if (s.body.nv > 0)
         du.middleCols<3>(s.w) +=
-            s.sign * (linear[j].transpose() * skew(s.r) * W - angular[j].transpose() * W);
+            s.sign * (linear[j].transpose() * skew(s.r) * W - angular[i][j].transpose() * W);
     }
     return du;
   }
@@ -93,10 +97,11 @@ struct Directions {
   /// What prescribed bodies add to row j's explicit time derivative.
   double prescribed(int j, double t, const Eigen::Matrix<double, 1, 12>& du) const {
     double rate = 0;
-    for (const Side& s : side) {
+    for (int i = 0; i < 2; ++i) {
+      const Side& s = side[i];
       if (s.body.kind != BodyKind::Prescribed) continue;
       const Twist a = s.body.motion.acceleration_at(t);
-      rate += s.sign * (linear[j].dot(a.at(s.r)) + angular[j].dot(a.w));
+      rate += s.sign * (linear[j].dot(a.at(s.r)) + angular[i][j].dot(a.w));
       rate += du.middleCols<3>(s.v).dot(s.V.v) + du.middleCols<3>(s.w).dot(s.V.w);
     }
     return rate;
@@ -147,39 +152,18 @@ SurfaceSlope surface_slope(const PrescribedMotion& motion, double t, const Vecto
 }
 
 Directions<1> directions(const Model& model, const Instant& s, const JointRowInstant& row) {
-  const JointGeometry& joint = model.joints()[at(row.joint)];
-  const std::size_t a = at(row.W.a), b = at(row.W.b);
-  const Vector3 c_B = s.X[b] * joint.anchor_b, zero = Vector3::Zero();
-  Directions<1> d{{zero},
-                  {zero},
-                  {Columns::Zero()},
-                  {Columns::Zero()},
+  const JointGeometry& joint = model.joint({row.joint});
+  const JointRow& geometry =
+      row.row >= 0 ? joint.rows[at(row.row)] : joint.coordinates[at(row.coordinate)].row;
+  const JointRowDerivative slope = differentiate(geometry, joint, s.X[at(row.W.a)], s.X[at(row.W.b)]);
+  Directions<1> d{{row.world.linear},
+                  {{row.world.angular_a}, {row.world.angular_b}},
+                  {slope.linear},
+                  {{slope.angular_a}, {slope.angular_b}},
                   Columns::Zero(),
-                  {side_of(model, s, row.W.a, -1, c_B), side_of(model, s, row.W.b, +1, c_B)}};
+                  {side_of(model, s, row.W.a, -1, row.point), side_of(model, s, row.W.b, +1, row.point)}};
   d.d_point.middleCols<3>(6).setIdentity();
-  d.d_point.middleCols<3>(9) = -skew(c_B - s.X[b].p);
-  const auto turns_with_a = [&](const Vector3& u, Vector3& direction, Columns& slope) {
-    direction = u;
-    slope.middleCols<3>(3) = -skew(u);
-  };
-  if (row.row < 0) {
-    const Vector3 axis = s.R[a] * joint.axis_a;
-    if (joint.freedom == JointFreedom::Rotation)
-      turns_with_a(axis, d.angular[0], d.d_angular[0]);
-    else
-      turns_with_a(axis, d.linear[0], d.d_linear[0]);
-    return d;
-  }
-  const JointRow& geometry = joint.rows[at(row.row)];
-  const Vector3 u = s.R[a] * geometry.in_a;
-  if (geometry.kind == JointRow::Kind::Point) {
-    turns_with_a(u, d.linear[0], d.d_linear[0]);
-  } else {  // w x u: d(w x u) = (w_b x w) x u + w x (w_a x u)
-    const Vector3 w = s.R[b] * geometry.in_b;
-    d.angular[0] = w.cross(u);
-    d.d_angular[0].middleCols<3>(3) = -skew(w) * skew(u);
-    d.d_angular[0].middleCols<3>(9) = skew(u) * skew(w);
-  }
+  d.d_point.middleCols<3>(9) = -skew(row.point - s.X[at(row.W.b)].p);
   return d;
 }
 
@@ -195,12 +179,22 @@ Eigen::Matrix<double, 12, 1> velocities(const WrenchMap<C>& W, const Vector& nu)
 
 void differentiate(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                    const ContactDerivative& geometry, const Vector3& p, PairDerivative<3>& out) {
+  if (const Contact::Stop& stop = model.contacts()[at(c.contact)].stop; stop.joint >= 0) {
+    PairDerivative<1> row;
+    differentiate(model, instant, instant.coordinate({stop.joint}, stop.coordinate), stop.side * p.x(), row);
+    out.force = row.force;
+    out.velocity.setZero();
+    out.velocity.row(0) = stop.side * row.velocity;
+    out.velocity_t = {stop.side * row.velocity_t[0], 0, 0};
+    return;
+  }
   const Vector3 zero = Vector3::Zero();
   Directions<3> d{
       {c.frame.col(0), c.frame.col(1), c.frame.col(2)},
-      {zero, zero, zero},
+      {{zero, zero, zero}, {zero, zero, zero}},
       {geometry.normal, Columns::Zero(), Columns::Zero()},
-      {Columns::Zero(), Columns::Zero(), Columns::Zero()},
+      {{Columns::Zero(), Columns::Zero(), Columns::Zero()},
+       {Columns::Zero(), Columns::Zero(), Columns::Zero()}},
       geometry.point,
       {side_of(model, instant, c.W.a, -1, c.position), side_of(model, instant, c.W.b, +1, c.position)}};
   Vector3 linear_t[3] = {geometry.normal_t, zero, zero};
@@ -240,6 +234,8 @@ void differentiate(const Model& model, const Instant& instant, const JointRowIns
   const Eigen::Matrix<double, 1, 12> du = d.velocity(0);
   out.velocity = d.in_coordinates(du);
   out.velocity_t[0] = d.prescribed(0, instant.t, du);
+  if (row.prescribed)
+    out.velocity_t[0] -= model.joint({row.joint}).motions[at(row.coordinate)]->acceleration(instant.t);
 }
 
 Vector3 acceleration_bias(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
@@ -262,6 +258,7 @@ void ContactDerivatives::evaluate(const Model& model, const Instant& instant) {
   for (std::size_t i = 0; i < all_.size(); ++i) {
     const ContactInstant& c = instant.contacts[i];
     const Contact& contact = model.contacts()[at(c.contact)];
+    if (contact.stop.joint >= 0) continue;  // its coordinate's row has them
     if (c.contact != last) {
       points_.resize(at(contact.gap.points()));
       contact.gap.differentiate(instant.X[at(contact.a.index)], instant.X[at(contact.b.index)], instant.t,
@@ -349,6 +346,56 @@ void differentiate_force(const Model& model, const BodyForce& load, const State&
   }
 }
 
+/// W f of a coordinate's row, f = f(coordinate, rate) with these slopes.
+void differentiate_effort(const Model& model, const Instant& s, const JointRowInstant& c, double f,
+                          double by_coordinate, double by_rate, std::vector<LoadDerivative>& out) {
+  PairDerivative<1> d;
+  differentiate(model, s, c, f, d);
+  Eigen::Matrix<double, 12, 1> W;
+  W << c.W.A, c.W.B;
+  const Eigen::Matrix<double, 12, 12> xi =
+      d.force + W * (by_coordinate * W.transpose() + by_rate * d.velocity);
+  const Eigen::Matrix<double, 12, 12> nu = by_rate * W * W.transpose();
+  const int bodies[] = {c.W.a, c.W.b}, sizes[] = {c.W.na, c.W.nb};
+  for (int i = 0; i < 2; ++i)
+    for (int j = 0; j < 2; ++j)
+      if (sizes[i] > 0 && sizes[j] > 0)
+        out.push_back({bodies[i], bodies[j], xi.block<6, 6>(6 * i, 6 * j), nu.block<6, 6>(6 * i, 6 * j)});
+}
+
+/// W f with f a function of the whole state: its own slopes by central differences.
+void differentiate_motor(const Model& model, const JointMotor& motor, const State& x, const Instant& s,
+                         std::vector<LoadDerivative>& out) {
+  constexpr double step = 1e-6;  // [m, rad], [m/s, rad/s]
+  const JointRowInstant& c = s.coordinate(motor.joint, motor.coordinate);
+  const auto effort = [&](const State& y) {
+    return motor.effort(model, y, model.coordinate(y, motor.joint, motor.coordinate),
+                        model.coordinate_rate(y, motor.joint, motor.coordinate));
+  };
+  differentiate_effort(model, s, c, effort(x), 0, 0, out);
+  Vector unit = Vector::Zero(model.nv());
+  for (std::size_t j = 0; j < model.bodies().size(); ++j) {
+    const Body& other = model.bodies()[j];
+    if (other.nv == 0) continue;
+    Eigen::Matrix<double, 1, 6> xi = Eigen::Matrix<double, 1, 6>::Zero(), nu = xi;
+    for (int i = 0; i < other.nv; ++i) {
+      State before = x, after = x;
+      unit[other.v0 + i] = 1;
+      move(model, unit, -step, before.q);
+      move(model, unit, step, after.q);
+      unit[other.v0 + i] = 0;
+      xi[i] = (effort(after) - effort(before)) / (2 * step);
+      before.q = after.q = x.q;
+      before.nu[other.v0 + i] -= step;
+      after.nu[other.v0 + i] += step;
+      nu[i] = (effort(after) - effort(before)) / (2 * step);
+    }
+    if (xi.isZero(0) && nu.isZero(0)) continue;
+    if (c.W.na > 0) out.push_back({c.W.a, static_cast<int>(j), c.W.A * xi, c.W.A * nu});
+    if (c.W.nb > 0) out.push_back({c.W.b, static_cast<int>(j), c.W.B * xi, c.W.B * nu});
+  }
+}
+
 }  // namespace
 
 void differentiate_loads(const Model& model, const State& x, const Instant& instant,
@@ -364,6 +411,12 @@ void differentiate_loads(const Model& model, const State& x, const Instant& inst
   }
   for (const Spring& spring : model.springs()) differentiate_spring(model, spring, instant, out);
   for (const BodyForce& load : model.forces()) differentiate_force(model, load, x, out);
+  for (const JointSpring& spring : model.joint_springs()) {
+    const JointRowInstant& c = instant.coordinate(spring.joint, spring.coordinate);
+    const double effort = -spring.stiffness * (c.psi_b - spring.rest) - spring.damping * c.velocity(x.nu);
+    differentiate_effort(model, instant, c, effort, -spring.stiffness, -spring.damping, out);
+  }
+  for (const JointMotor& motor : model.motors()) differentiate_motor(model, motor, x, instant, out);
 }
 
 }  // namespace perp

@@ -124,6 +124,7 @@ void evaluate_joints(const Model& model, const State& x, Instant& s) {
       if (const auto& motion = joint.motions[static_cast<std::size_t>(k)]) {
         row.psi_b -= motion->position(x.t);
         row.psi_b_t -= motion->rate(x.t);
+        row.prescribed = true;
         s.joint_rows.push_back(row);
       }
     }
@@ -132,17 +133,13 @@ void evaluate_joints(const Model& model, const State& x, Instant& s) {
 
 /// Moments and forces along joint coordinates.
 void evaluate_joint_loads(const Model& model, const State& x, Instant& s) {
-  const auto coordinate = [&](JointId joint, int i) -> const JointRowInstant& {
-    return s.joint_coordinates[static_cast<std::size_t>(
-        s.first_coordinate[static_cast<std::size_t>(joint.index)] + i)];
-  };
   for (const JointSpring& spring : model.joint_springs()) {
-    const JointRowInstant& c = coordinate(spring.joint, spring.coordinate);
+    const JointRowInstant& c = s.coordinate(spring.joint, spring.coordinate);
     const double effort = -spring.stiffness * (c.psi_b - spring.rest) - spring.damping * c.velocity(x.nu);
     c.W.add_impulse(WrenchMap<1>::Columns(effort), s.k);
   }
   for (const JointMotor& motor : model.motors()) {
-    const JointRowInstant& c = coordinate(motor.joint, motor.coordinate);
+    const JointRowInstant& c = s.coordinate(motor.joint, motor.coordinate);
     c.W.add_impulse(WrenchMap<1>::Columns(motor.effort(model, x, c.psi_b, c.velocity(x.nu))), s.k);
   }
 }
@@ -150,8 +147,7 @@ void evaluate_joint_loads(const Model& model, const State& x, Instant& s) {
 /// A joint's stop, as a contact along its coordinate: a force or a moment along the row's own direction.
 void evaluate_stop(const Contact& contact, Instant& s, ContactInstant& c) {
   const Contact::Stop& stop = contact.stop;
-  const JointRowInstant& row = s.joint_coordinates[static_cast<std::size_t>(
-      s.first_coordinate[static_cast<std::size_t>(stop.joint)] + stop.coordinate)];
+  const JointRowInstant& row = s.coordinate({stop.joint}, stop.coordinate);
   c.psi_n = stop.side * (row.psi_b - stop.limit);
   c.position = row.point;
   const bool slides = row.world.angular_b.isZero(0);

@@ -292,4 +292,70 @@ JointRowValue evaluate(const JointRow& row, const JointGeometry& joint, const Po
   return v;
 }
 
+namespace {
+
+using Columns = JointRowDerivative::Columns;
+
+/// Of JointTurn's gradient g = axis - s k/m, k = hand . axis, m = |s|^2 = 1 - k^2. First columns of the turning of axis and of
+/// hand; none (-1) of what stands still.
+Columns turning(const JointTurn& turn, const Quaternion& of_axis, const Quaternion& of_hand, int axis_column,
+                int hand_column) {
+  const Vector3 axis = of_axis * turn.axis, hand = of_hand * turn.hand;
+  Columns d_axis = Columns::Zero(), d_hand = Columns::Zero();
+  if (axis_column >= 0) d_axis.middleCols<3>(axis_column) = -skew(axis);
+  d_hand.middleCols<3>(hand_column) = -skew(hand);
+  const double k = hand.dot(axis);
+  const Vector3 s = hand - k * axis;
+  const double m = s.squaredNorm();
+  const Eigen::Matrix<double, 1, 12> dk = axis.transpose() * d_hand + hand.transpose() * d_axis;
+  const Columns ds = d_hand - k * d_axis - axis * dk;
+  const Eigen::Matrix<double, 1, 12> dm = 2 * s.transpose() * ds;
+  return d_axis - (k / m) * ds - s * (dk / m - (k / (m * m)) * dm);
+}
+
+}  // namespace
+
+JointRowDerivative differentiate(const JointRow& row, const JointGeometry& joint, const Pose& X_WA,
+                                 const Pose& X_WB) {
+  constexpr int w_A = 3, w_B = 9;  // columns of turning
+  JointRowDerivative d;
+  switch (row.kind) {
+    case Kind::Point:
+      d.linear.middleCols<3>(w_A) = -skew(X_WA.q * row.in_a);
+      break;
+    case Kind::Perpendicular: {  // d(w x u) = (w_B x w) x u + w x (w_A x u)
+      const Vector3 u = X_WA.q * row.in_a, w = X_WB.q * row.in_b;
+      d.angular_a.middleCols<3>(w_A) = -skew(w) * skew(u);
+      d.angular_a.middleCols<3>(w_B) = skew(u) * skew(w);
+      d.angular_b = d.angular_a;
+      break;
+    }
+    case Kind::Distance: {  // of e = (c_B - c_A)/length
+      const Vector3 r_A = X_WA.q * joint.anchor_a, r_B = X_WB.q * joint.anchor_b;
+      const Vector3 apart = X_WB.p + r_B - X_WA.p - r_A;
+      const double length = apart.norm();
+      const Vector3 e = apart / length;
+      Columns moved;
+      moved << -Matrix3::Identity(), skew(r_A), Matrix3::Identity(), -skew(r_B);
+      d.linear = (Matrix3::Identity() - e * e.transpose()) / length * moved;
+      break;
+    }
+    case Kind::Angle:
+      d.angular_a = d.angular_b = turning(row.turn, X_WA.q, X_WB.q, w_A, w_B);
+      break;
+    case Kind::AngleBack:
+      d.angular_a = d.angular_b = turning(row.turn, X_WB.q, X_WA.q, w_B, w_A);
+      break;
+    case Kind::Screw:
+      d.linear.middleCols<3>(w_A) = -skew(X_WA.q * row.in_a);
+      d.angular_a = d.angular_b = -row.number * turning(row.turn, X_WA.q, X_WB.q, w_A, w_B);
+      break;
+    case Kind::Gear:
+      d.angular_a = row.number * turning(row.turn, Quaternion::Identity(), X_WA.q, -1, w_A);
+      d.angular_b = turning(row.turn_b, Quaternion::Identity(), X_WB.q, -1, w_B);
+      break;
+  }
+  return d;
+}
+
 }  // namespace perp

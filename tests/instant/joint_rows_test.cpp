@@ -9,52 +9,6 @@
 using namespace perp;
 using namespace perp::testing;
 
-namespace {
-
-/// Spatial bodies a, b, a turntable, planar bodies c, d, and every kind of joint between them at random places.
-Model with_all_joints(Random& random) {
-  Model model;
-  const BodyId table =
-      model.add_prescribed(PrescribedMotion::turntable({0.3, 1, 0.2}, 2, {{0, 0, 1}, {1, 0, 0, 0}}));
-  const BodyId a = model.add_body(random.inertia(), {.pose = {random.vector(), random.orientation()}});
-  const BodyId b = model.add_body(random.inertia(), {.pose = {random.vector(), random.orientation()}});
-  const BodyId c = model.add_planar_body(1, 1, {.pose = {{1, 0, 0}, rotation({0, 0, random.number()})}});
-  const BodyId d = model.add_planar_body(1, 1, {.pose = {{0, 1, 0}, rotation({0, 0, random.number()})}});
-  const BodyId p = model.add_particle(1, {.pose = {random.vector(), {1, 0, 0, 0}}});
-  const auto options = [&] { return JointOptions{.point = random.vector(), .axis = random.vector()}; };
-  const auto spatial = [&](Joint (*make)(BodyId, BodyId, JointOptions), JointOptions with) {
-    model.add_joint(make(a, b, with));
-    model.add_joint(make(table, a, with));
-  };
-  spatial(fixed, options());
-  spatial(ball, options());
-  spatial(revolute, options());
-  spatial(prismatic, options());
-  spatial(cylindrical, options());
-  spatial(planar, options());
-  JointOptions crossed = options();
-  crossed.axis_b = contact_frame(crossed.axis.normalized()) * Vector3(0, 0.6, 0.8);
-  spatial(universal, crossed);
-  JointOptions special = options();
-  special.axis_b = random.vector();
-  special.point_b = random.vector();
-  special.lead = 0.3;
-  special.ratio = -1.7;
-  spatial(screw, special);
-  spatial(rod, special);
-  spatial(gear, special);
-  model.add_joint(rod(p, b, special));
-  special.axis = Vector3::UnitZ();
-  special.axis_b = -Vector3::UnitZ();
-  special.point.z() = special.point_b.z() = 0;
-  for (const auto make : {fixed, ball, revolute, rod, gear}) model.add_joint(make(c, d, special));
-  model.add_joint(prismatic(c, d, {.point = {1, 2, 0}, .axis = {1, 0.5, 0}}));
-  model.add_joint(revolute(a, c, options()));  // a planar body on a spatial one
-  return model;
-}
-
-}  // namespace
-
 TEST_CASE("every joint's equations and coordinates change at the rate W^T nu plus their explicit part",
           "[joint]") {
   Random random(1);

@@ -67,6 +67,7 @@ struct JointRowInstant {
   int joint = 0;                    ///< in Model::joints()
   int row = -1;                     ///< in JointGeometry::rows; -1: made of a coordinate
   int coordinate = -1;              ///< of coordinates, friction, and the equation of a prescribed motion
+  bool prescribed = false;          ///< the equation coordinate - position(t) = 0 of a JointMotion
   double psi_b = 0;                 ///< [m] or [rad]; of friction rows the joint's coordinate
   double psi_b_t = 0;               ///< explicit time derivative [m/s, rad/s]
   double friction = 0;              ///< c_max [N, N m]; 0 in equations
@@ -92,6 +93,11 @@ struct Instant {
 
   /// Empty, or what was not finite: "gap of contact 'floor' is nan at t = 0.3". The rest is then incomplete.
   std::string fault;
+
+  const JointRowInstant& coordinate(JointId joint, int i) const {
+    return joint_coordinates[static_cast<std::size_t>(
+        first_coordinate[static_cast<std::size_t>(joint.index)] + i)];
+  }
 
   double gap_min() const;      ///< min psi_n [m]; infinity without contacts
   double joint_error() const;  ///< max |psi_b| [m, rad]; 0 without joints

@@ -152,4 +152,13 @@ struct JointRowValue {
 [[nodiscard]] JointRowValue evaluate(const JointRow& row, const JointGeometry& joint, const Pose& X_WA,
                                      const Pose& X_WB, const double (&near)[2]);
 
+/// How the directions of a JointRowValue turn: columns (v_A, w_A, v_B, w_B), velocities and turning of the two bodies in
+/// world axes.
+struct JointRowDerivative {
+  using Columns = Eigen::Matrix<double, 3, 12>;
+  Columns linear = Columns::Zero(), angular_a = Columns::Zero(), angular_b = Columns::Zero();
+};
+[[nodiscard]] JointRowDerivative differentiate(const JointRow& row, const JointGeometry& joint,
+                                               const Pose& X_WA, const Pose& X_WB);
+
 }  // namespace perp
