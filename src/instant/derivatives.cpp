@@ -1,6 +1,7 @@
 #include "perp/instant/derivatives.hpp"
 
 #include <cmath>
+#include <numeric>
 
 namespace perp {
 namespace {
@@ -252,11 +253,11 @@ double acceleration_bias(const Model& model, const State& x, const Instant& inst
   return (d.velocity * velocities(row.W, x.nu) + d.velocity_t)[0];
 }
 
-void ContactDerivatives::evaluate(const Model& model, const Instant& instant) {
+void ContactDerivatives::evaluate(const Model& model, const Instant& instant, std::span<const int> which) {
   all_.resize(instant.contacts.size());
   int last = -1;
-  for (std::size_t i = 0; i < all_.size(); ++i) {
-    const ContactInstant& c = instant.contacts[i];
+  for (const int i : which) {
+    const ContactInstant& c = instant.contacts[at(i)];
     const Contact& contact = model.contacts()[at(c.contact)];
     if (contact.stop.joint >= 0) continue;  // its coordinate's row has them
     if (c.contact != last) {
@@ -265,8 +266,14 @@ void ContactDerivatives::evaluate(const Model& model, const Instant& instant) {
                                 points_);
       last = c.contact;
     }
-    all_[i] = points_[at(c.point - contact.first_point)];
+    all_[at(i)] = points_[at(c.point - contact.first_point)];
   }
+}
+
+void ContactDerivatives::evaluate(const Model& model, const Instant& instant) {
+  std::vector<int> which(instant.contacts.size());
+  std::iota(which.begin(), which.end(), 0);
+  evaluate(model, instant, which);
 }
 
 namespace {

@@ -2,6 +2,7 @@
 
 #include "perp/core/errors.hpp"
 #include "perp/step/lcp_stepper.hpp"
+#include "perp/step/ncp_stepper.hpp"
 
 namespace perp {
 
@@ -14,6 +15,12 @@ const std::vector<Method>& methods() {
       {"lcp-ap", 1, true, "Anitescu and Potra's LCP: velocity-level gaps, a solution always exists",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<LcpStepper>(LcpStepperOptions{.edges = o.edges, .anitescu_potra = true});
+       }},
+      {"ncp", 1, false, "the fully implicit step: nonlinear gaps, circular cones, everything at the end",
+       [](const MethodOptions&) -> std::unique_ptr<Stepper> { return std::make_unique<NcpStepper>(); }},
+      {"ncp-start", 1, false, "nonlinear gaps and circular cones, directions of impulses at the start",
+       [](const MethodOptions&) -> std::unique_ptr<Stepper> {
+         return std::make_unique<NcpStepper>(NcpStepperOptions{.directions = Directions::Start});
        }},
   };
   return all;

@@ -1,6 +1,8 @@
 // How the system changes with its configuration: what a Newton method at the end of a step needs, and accelerations.
 #pragma once
 
+#include <span>
+
 #include "perp/instant/instant.hpp"
 
 namespace perp {
@@ -32,6 +34,8 @@ void differentiate(const Model& model, const Instant& instant, const JointRowIns
 /// All contact points of one contact share a call to its gap; this keeps them, in the order of Instant::contacts.
 class ContactDerivatives {
  public:
+  /// Of the contacts `which`, one contact's points one after the other; of all, in the second form.
+  void evaluate(const Model& model, const Instant& instant, std::span<const int> which);
   void evaluate(const Model& model, const Instant& instant);
   const ContactDerivative& operator[](std::size_t i) const { return all_[i]; }
 

@@ -1,0 +1,102 @@
+// What the implicit methods share: reactions made from an Instant, slopes by the velocity that moves q, the report.
+#pragma once
+
+#include "perp/instant/derivatives.hpp"
+#include "perp/step/stepper.hpp"
+#include "step/nonsmooth_newton.hpp"
+
+namespace perp {
+
+/// Impulses of the last step, first guesses of the next: by contact point (world axes), joint row and joint friction.
+struct LastImpulses {
+  std::vector<Vector3> contact;
+  std::vector<double> row, friction;
+  double h = 0;
+  State end;  ///< where that step ended
+  std::uint64_t revision = 0;
+
+  /// All zero unless the step that starts at x goes on from that one.
+  void prepare(const Model& model, const Instant& s, const State& x);
+};
+
+/// Reactions of the contacts `active` (in s.contacts) and of all joints, with their W and frames at s, p from `last` in proportion to
+/// h. Joint friction is bounded by c_max h.
+void make_reactions(const Model& model, const Instant& s, std::span<const int> active,
+                    const LastImpulses& last, double h, std::vector<Reaction>& out);
+
+/// The contact of s that r is about: null for joints, and for a point that s does not have.
+const ContactInstant* contact_of(const Reaction& r, const Instant& s);
+
+/// W^T as slopes by both bodies' velocities.
+Reaction::Slope slopes_of(const WrenchMap<3>& W);
+
+/// How q+ = q ⊕ h nu moves with nu, over h: the identity; for rotations the exponential map's Jacobian at h w.
+class Motion {
+ public:
+  Motion(const Model& model, const Vector& nu, double h) : model_(model), nu_(nu), h_(h) {}
+  /// Slopes by xi at q+ turned into slopes by nu, over h.
+  template <class Derived>
+  void turn(const WrenchMap<3>& W, Eigen::MatrixBase<Derived>& slopes) const {
+    turn_body(W.a, slopes.template leftCols<6>());
+    turn_body(W.b, slopes.template rightCols<6>());
+  }
+  /// The same for one body's six columns.
+  template <class Block>
+  void turn_body(int body, Block&& columns) const {
+    const Body& b = model_.bodies()[static_cast<std::size_t>(body)];
+    if (b.kind != BodyKind::Spatial) return;
+    const Matrix3 J = rotation_jacobian(h_ * nu_.template segment<3>(b.v0 + 3));
+    columns.template rightCols<3>() = (columns.template rightCols<3>() * J).eval();
+  }
+  double h() const { return h_; }
+
+ private:
+  const Model& model_;
+  const Vector& nu_;
+  double h_;
+};
+
+/// M on the diagonal.
+void add_mass(const Model& model, std::vector<Coupling>& K);
+/// -h_nu dk/dnu - h_q dk/dxi of the loads, the latter moved by `motion`.
+void add_loads(const std::vector<LoadDerivative>& loads, double h_nu, double h_q, const Motion& motion,
+               std::vector<Coupling>& K);
+/// -h times d(W p)/dxi, moved by `motion`.
+void add_turning(const WrenchMap<3>& W, Eigen::Matrix<double, 12, 12> force, const Motion& motion,
+                 std::vector<Coupling>& K);
+
+/// The equations at a fixed configuration, for the velocity alone:
+///   M nu - momentum = sum W p,     u = Wᵀ nu + bias
+class VelocityLevel final : public StepProblem {
+ public:
+  /// `momentum` (nv) [N s, N m s]; `bias` of each reaction: explicit velocities and restitution.
+  VelocityLevel(const Model& model, const Vector& momentum, const std::vector<Vector3>& bias)
+      : model_(model), momentum_(momentum), bias_(bias) {}
+  bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) override;
+  void differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) override;
+
+ private:
+  const Model& model_;
+  const Vector& momentum_;
+  const std::vector<Vector3>& bias_;
+};
+
+/// Whether a contact slips at `speed`s of the step: u along t, o is more than rounding.
+bool slips(const Reaction& r, double speed);
+
+/// Contact rows and joint impulses of the report, and the impulses' work over the change of velocity from `before` to `after`.
+/// Called once a stage; rows of one point add up.
+void report_reactions(const Instant& s, const std::vector<Reaction>& reactions, const Vector& before,
+                      const Vector& after, double speed, StepReport& report);
+
+/// What is the same for all: gaps, joints, energy at the end, residuals.
+void report_end(const Model& model, const Instant& end, const State& moved, StepReport& report);
+
+/// Keeps the report's impulses for the next step.
+void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, const StepReport& report,
+                   const State& end, LastImpulses& last);
+
+/// Rounding of psi/h [m/s]: psi is a difference of coordinates.
+double gap_rounding(const State& x, double h);
+
+}  // namespace perp

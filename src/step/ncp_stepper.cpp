@@ -1,0 +1,286 @@
+#include "perp/step/ncp_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "perp/core/errors.hpp"
+#include "step/implicit_step.hpp"
+#include "step/step_record.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// (25)-(38) at the end of the step, in nu+ and p.
+class EndOfStep final : public StepProblem {
+ public:
+  EndOfStep(const Model& model, const Instant& start, const State& x, const StepRequest& request,
+            Directions directions, Instant& end, ContactDerivatives& geometry)
+      : model_(model),
+        start_(start),
+        x_(x),
+        request_(request),
+        directions_(directions),
+        end_(end),
+        geometry_(geometry) {}
+
+  bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) override {
+    moved_.t = request_.t_end;
+    moved_.q = x_.q;
+    moved_.nu = nu;
+    move(model_, nu, request_.h, moved_.q);
+    if (!moved_.q.allFinite()) return false;
+    perp::evaluate(model_, moved_, end_, &start_);
+    if (!end_.fault.empty()) return false;
+    multiply_mass(model_, nu - x_.nu, R);
+    R -= request_.h * end_.k;
+    for (Reaction& r : reactions) place(nu, r);
+    return true;
+  }
+
+  void differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) override {
+    const Vector& nu = moved_.nu;
+    const double h = request_.h;
+    const Motion motion(model_, nu, h);
+    K.clear();
+    add_mass(model_, K);
+    differentiate_loads(model_, moved_, end_, loads_);
+    add_loads(loads_, h, h, motion, K);
+    active_.clear();
+    for (const Reaction& r : reactions)
+      if (const ContactInstant* c = contact_of(r, end_))
+        active_.push_back(static_cast<int>(c - end_.contacts.data()));
+    geometry_.evaluate(model_, end_, active_);
+    for (Reaction& r : reactions) {
+      if (r.of == Reaction::Of::Contact)
+        contact_slopes(motion, r, K);
+      else
+        joint_slopes(motion, r, K);
+    }
+  }
+
+  const State& moved() const { return moved_; }
+
+ private:
+  bool ends() const { return directions_ == Directions::End; }
+
+  void place(const Vector& nu, Reaction& r) const {
+    const double h = request_.h;
+    if (r.of == Reaction::Of::JointRow) {
+      const JointRowInstant& row = end_.joint_rows[at(r.source)];
+      if (ends()) r.W = three_columns(row.W, 0);
+      r.u.x() = row.psi_b / h;
+    } else if (r.of == Reaction::Of::JointFriction) {
+      const JointRowInstant& row = (ends() ? end_ : start_).joint_frictions[at(r.source)];
+      if (ends()) r.W = three_columns(row.W, 1);
+      r.u.y() = row.velocity(nu);
+    } else if (const ContactInstant* c = contact_of(r, end_)) {
+      const ContactInstant* before = contact_of(r, start_);
+      const ContactInstant& directions = ends() || before == nullptr ? *c : *before;
+      r.W = directions.W;
+      r.u = directions.velocity(nu);
+      // an overlap at the start may go at the capped speed
+      const double cap = h * request_.max_correction_speed;
+      const double allowed = before == nullptr ? 0 : std::min(0.0, before->psi_n + cap);
+      r.u.x() = (c->psi_n - (allowed < 0 ? allowed : 0)) / h;
+    } else {
+      r.u = {infinity_gap, 0, 0};  // no such point there
+    }
+  }
+
+  void contact_slopes(const Motion& motion, Reaction& r, std::vector<Coupling>& K) {
+    const ContactInstant* c = contact_of(r, end_);
+    if (c == nullptr) {
+      r.G.setZero();
+      return;
+    }
+    PairDerivative<3> d;
+    differentiate_pair(*c, r.p, d);
+    Reaction::Slope along = slopes_of(c->W);  // u_n = psi(q+)/h
+    motion.turn(r.W, along);
+    r.G = slopes_of(r.W);
+    if (ends()) {
+      motion.turn(r.W, d.velocity);
+      r.G += motion.h() * d.velocity;
+      add_turning(r.W, d.force, motion, K);
+    }
+    r.G.row(0) = along.row(0);
+  }
+
+  void joint_slopes(const Motion& motion, Reaction& r, std::vector<Coupling>& K) const {
+    const bool row = r.of == Reaction::Of::JointRow;
+    const JointRowInstant& now = row ? end_.joint_rows[at(r.source)] : end_.joint_frictions[at(r.source)];
+    PairDerivative<1> d;
+    perp::differentiate(model_, end_, now, row ? r.p.x() : r.p.y(), d);
+    if (ends()) add_turning(r.W, d.force, motion, K);
+    r.G.setZero();
+    if (row) {
+      r.G = slopes_of(three_columns(now.W, 0));
+      motion.turn(r.W, r.G);
+    } else {
+      r.G = slopes_of(r.W);
+      if (!ends()) return;
+      motion.turn(r.W, d.velocity);
+      r.G.row(1) += motion.h() * d.velocity;
+    }
+  }
+
+  void differentiate_pair(const ContactInstant& c, const Vector3& p, PairDerivative<3>& d) const {
+    perp::differentiate(model_, moved_, end_, c,
+                        geometry_[static_cast<std::size_t>(&c - end_.contacts.data())], p, d);
+  }
+
+  static constexpr double infinity_gap = 1e300;
+  const Model& model_;
+  const Instant& start_;
+  const State& x_;
+  const StepRequest& request_;
+  Directions directions_;
+  Instant& end_;
+  ContactDerivatives& geometry_;
+  State moved_;
+  std::vector<LoadDerivative> loads_;
+  std::vector<int> active_;
+};
+
+}  // namespace
+
+struct NcpStepper::Workspace {
+  StartInstant start;
+  Instant end;
+  ContactDerivatives geometry;
+  LastImpulses last;
+  NonsmoothNewton newton;
+  NewtonOutcome outcome, rebound;
+  NewtonHistory history;
+  std::vector<int> active;
+  std::vector<char> is_active;  // by contact of the start
+  std::vector<Reaction> reactions, closed;
+  std::vector<Vector3> bias;
+  Vector nu, momentum;
+};
+
+NcpStepper::NcpStepper(NcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
+  if (!(options.tolerance > 0)) refuse("NcpStepper", "tolerance", options.tolerance, "needs to be positive");
+}
+NcpStepper::~NcpStepper() = default;
+NcpStepper::NcpStepper(NcpStepper&&) noexcept = default;
+NcpStepper& NcpStepper::operator=(NcpStepper&&) noexcept = default;
+const NewtonHistory& NcpStepper::history() const { return work_->history; }
+
+void NcpStepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
+  Workspace& w = *work_;
+  const Instant& s = w.start.at(model, x);
+  const double h = request.h;
+  const auto fail = [&](StepStatus status, const std::string& why) {
+    report.status = status;
+    report.message = why;
+  };
+  if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
+
+  // contacts that a free or an unchanged velocity would close, and a first guess of nu+
+  w.last.prepare(model, s, x);
+  solve_mass(model, s.k, w.nu);
+  w.nu = x.nu + h * w.nu;
+  w.active.clear();
+  w.is_active.assign(s.contacts.size(), 0);
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const ContactInstant& c = s.contacts[i];
+    const double rate = std::min(c.velocity(x.nu).x(), c.velocity(w.nu).x());
+    if (c.psi_n + h * rate > 0 && w.last.contact[at(c.point)].isZero(0)) continue;
+    w.active.push_back(static_cast<int>(i));
+    w.is_active[i] = 1;
+  }
+  make_reactions(model, s, w.active, w.last, h, w.reactions);
+  Vector kick = Vector::Zero(model.nv());
+  for (const Reaction& r : w.reactions) r.W.add_impulse(r.p, kick);
+  solve_mass(model, kick, w.momentum);
+  w.nu += w.momentum;
+
+  EndOfStep problem(model, s, x, request, options_.directions, w.end, w.geometry);
+  const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
+  for (bool complete = false; !complete;) {
+    w.newton.solve(model, problem, how, w.nu, w.reactions, w.outcome);
+    report.iterations += w.outcome.iterations;
+    if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
+    if (!w.outcome.converged) break;
+    complete = true;  // unless a contact that was left out overlaps
+    for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+      const int now = w.end.contact_of_point[at(s.contacts[i].point)];
+      if (w.is_active[i] != 0 || now < 0 || !(w.end.contacts[at(now)].psi_n < 0)) continue;
+      complete = false;
+      w.is_active[i] = 1;
+      w.active.push_back(static_cast<int>(i));
+    }
+    if (complete) break;
+    std::sort(w.active.begin(), w.active.end());
+    const std::vector<Reaction> before = w.reactions;
+    make_reactions(model, s, w.active, w.last, h, w.reactions);
+    for (Reaction& r : w.reactions)
+      for (const Reaction& old : before)
+        if (old.of == r.of && old.source == r.source) r.p = old.p;
+  }
+  w.history.residuals = w.outcome.history;
+  report.solver = w.outcome.solver;
+  const State& moved = problem.moved();
+  Vector nu = moved.nu;
+  const StepResiduals& e = w.outcome.residuals;
+  report.residuals = {.newton_euler = e.impulse,
+                      .kinematic = 0,
+                      .joints = h * e.joints,
+                      .normal = e.normal,
+                      .friction = e.tangential};
+  if (!w.outcome.converged)
+    return fail(std::isfinite(e.largest()) ? StepStatus::Inexact : StepStatus::NotFinite,
+                "residual " + shortest(e.largest()) + " m/s is above " + shortest(options_.tolerance) +
+                    " of the speed " + shortest(e.speed) + " m/s");
+
+  // restitution at velocity level, over the contacts that closed
+  const std::vector<Reaction>* final = &w.reactions;
+  bool bounces = false;
+  w.closed.clear();
+  w.bias.clear();
+  for (const Reaction& r : w.reactions) {
+    const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
+    if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0))) continue;
+    w.closed.push_back(r);
+    Vector3 bias = Vector3::Zero();
+    if (c != nullptr) {
+      bias = options_.directions == Directions::End || before == nullptr ? c->bias : before->bias;
+      const double approach = before == nullptr ? 0 : std::min(before->velocity(x.nu).x(), 0.0);
+      bias.x() += c->e * approach;
+      bounces = bounces || c->e * approach < 0;
+    } else if (r.of == Reaction::Of::JointRow) {
+      bias.x() = w.end.joint_rows[at(r.source)].psi_b_t;
+    } else {
+      bias.y() = w.end.joint_frictions[at(r.source)].psi_b_t;
+    }
+    w.bias.push_back(bias);
+  }
+  if (bounces) {
+    multiply_mass(model, x.nu, w.momentum);
+    w.momentum += h * w.end.k;
+    VelocityLevel level(model, w.momentum, w.bias);
+    w.newton.solve(model, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
+    report.iterations += w.rebound.iterations;
+    if (!w.rebound.converged)
+      return fail(StepStatus::Inexact,
+                  "the rebound's residual is " + shortest(w.rebound.residuals.largest()) + " m/s");
+    report.residuals.normal = std::max(report.residuals.normal, w.rebound.residuals.normal);
+    report.residuals.friction = std::max(report.residuals.friction, w.rebound.residuals.tangential);
+    final = &w.closed;
+  }
+
+  State next = moved;
+  next.nu = nu;
+  if (bounces) evaluate(model, next, w.end, &s);
+  report_reactions(options_.directions == Directions::End ? w.end : s, *final, x.nu, nu, e.speed, report);
+  report_end(model, w.end, next, report);
+  report.status = StepStatus::Solved;
+  keep_impulses(model, *final, report, next, w.last);
+  x = next;
+  w.start.go_on_from(model, x, w.end);
+}
+
+}  // namespace perp

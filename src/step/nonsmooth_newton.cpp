@@ -1,0 +1,450 @@
+#include "step/nonsmooth_newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "perp/solve/friction_solver.hpp"
+#include "solve/cone.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+BlockKind kind_of(Law law) {
+  switch (law) {
+    case Law::Planar:
+      return BlockKind::Planar;
+    case Law::Cone:
+      return BlockKind::Cone;
+    case Law::Interval:
+      return BlockKind::Interval;
+    default:
+      return BlockKind::HalfLine;
+  }
+}
+
+/// First of the rows n, t, o in use, and how many.
+std::pair<int, int> rows_of(Law law) {
+  switch (law) {
+    case Law::Planar:
+      return {0, 2};
+    case Law::Cone:
+      return {0, 3};
+    case Law::Interval:
+      return {1, 1};
+    default:
+      return {0, 1};
+  }
+}
+
+/// F = p - projection(p - u/w) and P.
+void alart_curnier(const Reaction& r, Vector3& F, Matrix3& P) {
+  const Vector3 z = r.p - r.u / r.w;
+  Vector3 projected;
+  if (r.law == Law::Equality) {
+    projected = {z.x(), 0, 0};
+    P = Vector3(1, 0, 0).asDiagonal();
+  } else {
+    alart_curnier_projection(kind_of(r.law), r.mu, z, projected, P);
+  }
+  F = r.p - projected;
+}
+
+}  // namespace
+
+double StepResiduals::largest() const { return std::max({momentum, normal, tangential, joints}); }
+
+WrenchMap<3> three_columns(const WrenchMap<1>& W, int column) {
+  WrenchMap<3> out;
+  out.a = W.a, out.b = W.b;
+  out.va = W.va, out.na = W.na;
+  out.vb = W.vb, out.nb = W.nb;
+  out.A.col(column) = W.A;
+  out.B.col(column) = W.B;
+  return out;
+}
+
+double inverse_mass(const Model& model, const WrenchMap<3>& W, Law law) {
+  const auto [first, rows] = rows_of(law);
+  double trace = 0;
+  Eigen::Matrix<double, 6, 1> y;
+  for (int j = first; j < first + rows; ++j) {
+    if (W.na > 0) {
+      solve_mass(model.bodies()[at(W.a)], W.A.col(j).data(), y.data());
+      trace += W.A.col(j).head(W.na).dot(y.head(W.na));
+    }
+    if (W.nb > 0) {
+      solve_mass(model.bodies()[at(W.b)], W.B.col(j).data(), y.data());
+      trace += W.B.col(j).head(W.nb).dot(y.head(W.nb));
+    }
+  }
+  return trace > 0 ? trace / rows : 1;
+}
+
+int NonsmoothNewton::root(int body) {
+  while (parent_[at(body)] != body) body = parent_[at(body)] = parent_[at(parent_[at(body)])];
+  return body;
+}
+
+void NonsmoothNewton::find_islands(const Model& model, const std::vector<Reaction>& reactions) {
+  const int n = static_cast<int>(model.bodies().size());
+  parent_.resize(at(n));
+  for (int i = 0; i < n; ++i) parent_[at(i)] = i;
+  const auto tie = [&](int a, int b) {
+    if (model.bodies()[at(a)].nv > 0 && model.bodies()[at(b)].nv > 0) parent_[at(root(a))] = root(b);
+  };
+  for (const Reaction& r : reactions) tie(r.W.a, r.W.b);
+  for (const Coupling& c : K_) tie(c.row, c.column);
+  island_.assign(at(n), -1);
+  int count = 0;
+  for (int i = 0; i < n; ++i) {
+    if (model.bodies()[at(i)].nv == 0) continue;
+    int& of_root = island_[at(root(i))];
+    if (of_root < 0) of_root = count++;
+    island_[at(i)] = of_root;
+  }
+  islands_.assign(at(count), {});
+}
+
+/// The blocks' pattern: bodies that share a reaction or a coupling. Kept while it stays the same.
+void NonsmoothNewton::analyze(const Model& model, const std::vector<Reaction>& reactions) {
+  block_.assign(model.bodies().size(), -1);
+  int n = 0;
+  for (std::size_t i = 0; i < block_.size(); ++i)
+    if (model.bodies()[i].nv > 0) block_[i] = n++;
+  pairs_.clear();
+  const auto pair = [&](int a, int b) {
+    a = block_[at(a)], b = block_[at(b)];
+    if (a >= 0 && b >= 0 && a != b) pairs_.push_back({std::min(a, b), std::max(a, b)});
+  };
+  for (const Reaction& r : reactions) pair(r.W.a, r.W.b);
+  for (const Coupling& c : K_) pair(c.row, c.column);
+  std::sort(pairs_.begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  if (lu_.analyzed() && pairs_ == analyzed_pairs_ && block_ == analyzed_blocks_) return;
+  std::vector<std::vector<int>> rows(at(n));
+  for (int i = 0; i < n; ++i) rows[at(i)].push_back(i);
+  for (const auto& [a, b] : pairs_) {
+    rows[at(a)].push_back(b);
+    rows[at(b)].push_back(a);
+  }
+  pattern_ = make_pattern(rows);
+  lu_.analyze(pattern_);
+  analyzed_pairs_ = pairs_;
+  analyzed_blocks_ = block_;
+}
+
+bool NonsmoothNewton::evaluate(const Model& model, StepProblem& problem, const Options& options,
+                               const Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  return problem.evaluate(nu, reactions, R_) && judge(model, options, nu, reactions, outcome);
+}
+
+/// Residuals, merits and F, P at the guess evaluated last.
+bool NonsmoothNewton::judge(const Model& model, const Options& options, const Vector& nu,
+                            const std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  for (Island& island : islands_) {
+    island.residuals = {};
+    island.merit = 0;
+  }
+  F_.resize(reactions.size());
+  P_.resize(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    r.W.add_impulse(-r.p, R_);
+    alart_curnier(r, F_[i], P_[i]);
+    const Vector3 miss = r.w * F_[i].cwiseAbs();
+    Island& island = islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])];
+    StepResiduals& e = island.residuals;
+    if (r.law == Law::Equality)
+      e.joints = std::max(e.joints, std::abs(r.u.x()));
+    else
+      e.normal = std::max(e.normal, miss.x());
+    e.tangential = std::max({e.tangential, miss.y(), miss.z()});
+    e.speed = std::max({e.speed, r.w * r.p.cwiseAbs().maxCoeff(), r.u.cwiseAbs().maxCoeff()});
+    island.merit += r.w * F_[i].squaredNorm();
+  }
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv == 0) continue;
+    Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
+    solve_mass(b, R_.data() + b.v0, y.data());
+    const auto R = R_.segment(b.v0, b.nv);
+    const double energy = R.dot(y.head(b.nv));
+    Island& island = islands_[at(island_[i])];
+    StepResiduals& e = island.residuals;
+    island.merit += energy;
+    e.momentum = std::max(e.momentum, std::sqrt(std::abs(energy) / b.mass));
+    e.impulse = std::max(e.impulse, R.cwiseAbs().maxCoeff());
+    e.speed = std::max(e.speed, nu.segment(b.v0, b.nv).cwiseAbs().maxCoeff());
+  }
+  StepResiduals& all = outcome.residuals;
+  all = {};
+  outcome.converged = true;
+  for (Island& island : islands_) {
+    const StepResiduals& e = island.residuals;
+    if (!std::isfinite(island.merit)) return false;
+    constexpr double eps = 16 * std::numeric_limits<double>::epsilon();
+    island.floor = eps * e.speed + options.rounding;
+    island.good = e.largest() <= options.tolerance * e.speed + options.rounding;
+    outcome.converged = outcome.converged && island.good;
+    all.momentum = std::max(all.momentum, e.momentum);
+    all.impulse = std::max(all.impulse, e.impulse);
+    all.normal = std::max(all.normal, e.normal);
+    all.tangential = std::max(all.tangential, e.tangential);
+    all.joints = std::max(all.joints, e.joints);
+    all.speed = std::max(all.speed, e.speed);
+  }
+  return true;
+}
+
+/// dnu_, dp_ of the linearised equations.
+bool NonsmoothNewton::direction(const Model& model, const std::vector<Reaction>& reactions) {
+  constexpr double least = 1e-10, most = 1e-2, part = 1e-3;  // of eps, beside the relative residual
+  values_.assign(pattern_.column.size(), Matrix6::Zero());
+  rhs_.setZero(6, pattern_.size());
+  for (const Coupling& c : K_) values_[at(pattern_.find(block_[at(c.row)], block_[at(c.column)]))] += c.value;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv == 0) continue;
+    Matrix6& diagonal = values_[at(pattern_.find(block_[i], block_[i]))];
+    for (int k = b.nv; k < 6; ++k) diagonal(k, k) = 1;
+    rhs_.col(block_[i]).head(b.nv) = -R_.segment(b.v0, b.nv);
+  }
+  std::vector<Matrix3> inverse(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    const StepResiduals& e = islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])].residuals;
+    const double eps = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
+    inverse[i] = (Matrix3::Identity() - (1 - eps) * P_[i]).inverse();
+    const Matrix3 S = inverse[i] * P_[i] / r.w;
+    const Reaction::Slope SG = S * r.G;
+    const Vector3 SF = inverse[i] * F_[i];
+    const std::array<int, 2> block{block_[at(r.W.a)], block_[at(r.W.b)]};
+    const auto add = [&](int row, const WrenchMap<3>::Block& W) {
+      if (row < 0) return;
+      rhs_.col(row) -= W * SF;
+      if (block[0] >= 0) values_[at(pattern_.find(row, block[0]))] += W * SG.leftCols<6>();
+      if (block[1] >= 0) values_[at(pattern_.find(row, block[1]))] += W * SG.rightCols<6>();
+    };
+    add(block[0], r.W.A);
+    add(block[1], r.W.B);
+  }
+  lu_.clear();
+  for (std::size_t k = 0; k < values_.size(); ++k) lu_.set(static_cast<int>(k), values_[k]);
+  if (!lu_.factor()) return false;
+  lu_.solve(rhs_);
+  if (!rhs_.allFinite()) return false;
+  dnu_.resize(R_.size());
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv > 0) dnu_.segment(b.v0, b.nv) = rhs_.col(block_[i]).head(b.nv);
+  }
+  dp_.resize(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    Vector3 du = Vector3::Zero();
+    if (r.W.na > 0) du += r.G.leftCols<6>() * rhs_.col(block_[at(r.W.a)]);
+    if (r.W.nb > 0) du += r.G.rightCols<6>() * rhs_.col(block_[at(r.W.b)]);
+    dp_[i] = -inverse[i] * (F_[i] + P_[i] * du / r.w);
+  }
+  return true;
+}
+
+/// nu_ + t dnu, p_ + t dp with t halved in each island until its merit is low enough.
+bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Options& options,
+                             std::size_t iteration, Vector& nu, std::vector<Reaction>& reactions,
+                             NewtonOutcome& outcome) {
+  constexpr double sufficient = 1e-4;  // Armijo's part of the predicted decrease
+  constexpr int most_halvings = 10;
+  nu_ = nu;
+  p_.resize(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) p_[i] = reactions[i].p;
+  for (Island& island : islands_) {
+    island.merits[iteration % memory] = island.merit;
+    if (iteration == 0) island.merits.fill(island.merit);
+    island.t = island.residuals.largest() <= island.floor ? 0 : 1;
+  }
+  for (int halvings = 0;; ++halvings) {
+    for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+      const Body& b = model.bodies()[i];
+      if (b.nv > 0)
+        nu.segment(b.v0, b.nv) =
+            nu_.segment(b.v0, b.nv) + islands_[at(island_[i])].t * dnu_.segment(b.v0, b.nv);
+    }
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      Reaction& r = reactions[i];
+      r.p = p_[i] + islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])].t * dp_[i];
+    }
+    const bool finite = evaluate(model, problem, options, nu, reactions, outcome);
+    bool enough = true;
+    for (Island& island : islands_) {
+      const double reference = *std::max_element(island.merits.begin(), island.merits.end());
+      if (finite && (island.good || island.merit <= (1 - 2 * sufficient * island.t) * reference)) continue;
+      enough = false;
+      island.t /= 2;
+    }
+    if (enough || (finite && halvings == most_halvings)) return true;
+    if (halvings == most_halvings) return false;
+  }
+}
+
+bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+                             std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  outcome.history.clear();
+  outcome.history.push_back(outcome.residuals.largest());
+  const auto at_rounding = [&] {
+    return std::all_of(islands_.begin(), islands_.end(),
+                       [](const Island& i) { return i.residuals.largest() <= i.floor; });
+  };
+  double best = infinity;
+  nu_best_ = nu;
+  p_best_.resize(reactions.size());
+  const auto keep = [&] {
+    best = outcome.residuals.largest();
+    nu_best_ = nu;
+    for (std::size_t i = 0; i < reactions.size(); ++i) p_best_[i] = reactions[i].p;
+  };
+  keep();
+  bool good = outcome.converged;
+  for (int k = 0; k < options.most && !at_rounding(); ++k) {
+    if (k > 0) problem.differentiate(reactions, K_);
+    analyze(model, reactions);
+    if (!direction(model, reactions) ||
+        !search(model, problem, options, static_cast<std::size_t>(k), nu, reactions, outcome))
+      break;
+    ++outcome.iterations;
+    outcome.solver = "newton";
+    const double now = outcome.residuals.largest();
+    outcome.history.push_back(now);
+    const bool halved = now < 0.5 * best;
+    if (now < best || (outcome.converged && !good)) keep();
+    good = good || outcome.converged;
+    if (good && !halved) break;
+  }
+  if (outcome.residuals.largest() > best) {
+    nu = nu_best_;
+    for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p_best_[i];
+    if (!evaluate(model, problem, options, nu, reactions, outcome)) return false;
+  }
+  return outcome.converged;
+}
+
+/// Each round linearises the bodies' equations and leaves the cones as they are; without a search.
+bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, const Options& options,
+                                     bool ipopt, Vector& nu, std::vector<Reaction>& reactions,
+                                     NewtonOutcome& outcome) {
+  constexpr int most_rounds = 20;
+  const Eigen::Index nv = model.nv();
+  for (int round = 0; round < most_rounds; ++round) {
+    problem.differentiate(reactions, K_);
+    // unknown y = nu - nu_k and p_b:  K y - W_b (p_b - p_b,k) = -R + W (p - p_k),   G_b y = -u_b
+    std::vector<int> equalities;
+    std::vector<Eigen::Index> first;
+    Eigen::Index m = 0;
+    FrictionProblem linear;
+    std::vector<double> mu;
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      first.push_back(m);
+      if (reactions[i].law == Law::Equality) {
+        equalities.push_back(static_cast<int>(i));
+        continue;
+      }
+      m += rows_of(reactions[i].law).second;
+      linear.kinds.push_back(kind_of(reactions[i].law));
+      mu.push_back(reactions[i].mu);
+    }
+    if (mu.empty()) return false;
+    const auto nb = static_cast<Eigen::Index>(equalities.size());
+    Matrix A = Matrix::Zero(nv + nb, nv + nb), rhs = Matrix::Zero(nv + nb, m + 1), G = Matrix::Zero(m, nv);
+    Vector u(m), p(m);
+    for (const Coupling& c : K_) {
+      const Body &row = model.bodies()[at(c.row)], &column = model.bodies()[at(c.column)];
+      A.block(row.v0, column.v0, row.nv, column.nv) += c.value.topLeftCorner(row.nv, column.nv);
+    }
+    const auto wrench = [](const Reaction& r, int j, auto&& column) {
+      column.segment(r.W.va, r.W.na) += r.W.A.col(j).head(r.W.na);
+      column.segment(r.W.vb, r.W.nb) += r.W.B.col(j).head(r.W.nb);
+    };
+    const auto slope = [](const Reaction& r, int j, auto&& row) {
+      row.segment(r.W.va, r.W.na) += r.G.row(j).head(r.W.na);
+      row.segment(r.W.vb, r.W.nb) += r.G.row(j).segment(6, r.W.nb);
+    };
+    rhs.col(m).head(nv) = -R_;
+    for (Eigen::Index k = 0; k < nb; ++k) {
+      const Reaction& r = reactions[at(equalities[static_cast<std::size_t>(k)])];
+      wrench(r, 0, A.col(nv + k));
+      A.col(nv + k) *= -1;
+      slope(r, 0, A.row(nv + k));
+      rhs(nv + k, m) = -r.u.x();
+    }
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      const Reaction& r = reactions[i];
+      if (r.law == Law::Equality) continue;
+      const auto [row, rows] = rows_of(r.law);
+      for (int j = 0; j < rows; ++j) {
+        wrench(r, row + j, rhs.col(first[i] + j));
+        slope(r, row + j, G.row(first[i] + j));
+        u[first[i] + j] = r.u[row + j];
+        p[first[i] + j] = r.p[row + j];
+      }
+    }
+    rhs.col(m) -= rhs.leftCols(m) * p;
+    const Matrix Y =
+        nb > 0 ? Matrix(A.completeOrthogonalDecomposition().solve(rhs)) : Matrix(A.partialPivLu().solve(rhs));
+    if (!Y.allFinite()) return false;
+    linear.W = Matrix(G * Y.topRows(nv).leftCols(m));
+    linear.q = u + G * Y.topRows(nv).col(m);
+    linear.mu = Eigen::Map<const Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+    FrictionOptions how{.tolerance = options.tolerance};
+    how.method = ipopt ? FrictionMethod::Ipopt : FrictionMethod::Chain;
+    how.start = p;
+    const FrictionSolution answer = solve_friction(linear, how);
+    ++outcome.iterations;
+    outcome.solver = ipopt ? "ipopt" : "friction-chain";
+    const Vector y = Y.leftCols(m) * answer.r + Y.col(m);
+    nu += y.head(nv);
+    for (Eigen::Index k = 0; k < nb; ++k)
+      reactions[at(equalities[static_cast<std::size_t>(k)])].p.x() += y[nv + k];
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      Reaction& r = reactions[i];
+      if (r.law == Law::Equality) continue;
+      const auto [row, rows] = rows_of(r.law);
+      r.p.segment(row, rows) = answer.r.segment(first[i], rows);
+    }
+    if (!nu.allFinite() || !evaluate(model, problem, options, nu, reactions, outcome)) return false;
+    if (outcome.converged) return true;
+  }
+  return false;
+}
+
+void NonsmoothNewton::solve(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+                            std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  std::vector<double> history = std::move(outcome.history);
+  outcome = {};
+  outcome.history = std::move(history);
+  for (Reaction& r : reactions) r.w = inverse_mass(model, r.W, r.law);
+  K_.clear();
+  R_.resize(nu.size());
+  const Vector start = nu;
+  std::vector<Vector3> start_p(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) start_p[i] = reactions[i].p;
+  // the couplings tie islands too: they are those of the first guess
+  if (!problem.evaluate(nu, reactions, R_)) return;
+  problem.differentiate(reactions, K_);
+  find_islands(model, reactions);
+  if (!judge(model, options, nu, reactions, outcome)) return;
+  if (newton(model, problem, options, nu, reactions, outcome)) return;
+
+  for (const bool ipopt : {false, true}) {
+    if (ipopt && !has_ipopt()) return;
+    nu = start;
+    for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = start_p[i];
+    if (!evaluate(model, problem, options, nu, reactions, outcome)) return;
+    if (josephy_newton(model, problem, options, ipopt, nu, reactions, outcome)) return;
+  }
+}
+
+}  // namespace perp

@@ -1,0 +1,99 @@
+// Semismooth Newton on a step's equations, with stand-ins for when it stalls.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "solve/block_lu.hpp"
+#include "step/step_problem.hpp"
+
+namespace perp {
+
+/// How well a guess satisfies (1), (2), as velocities.
+struct StepResiduals {
+  double momentum = 0;    ///< √(Rᵀ M^-1 R/m) of a body [m/s]
+  double impulse = 0;     ///< max |R - sum W p| [N s, N m s]
+  double normal = 0;      ///< |w (p - projection)| of contacts, along n [m/s]
+  double tangential = 0;  ///< and along t, o; of joint frictions [m/s, rad/s]
+  double joints = 0;      ///< |u| of equalities [m/s, rad/s]
+  double speed = 0;       ///< largest speed that enters [m/s]
+  double largest() const;
+};
+
+struct NewtonOutcome {
+  bool converged = false;  ///< residuals.largest() <= tolerance * speed + rounding, in every island
+  StepResiduals residuals;
+  int iterations = 0;
+  std::string_view solver = "none";  ///< newton, friction-chain, ipopt; none if nothing was to be done
+  std::vector<double> history;  ///< residuals.largest() before each iteration of Newton, and after the last
+};
+
+/// Alart and Curnier's map with the bodies' velocities as unknowns: each reaction's linearisation
+///   (I - P + eps P) dp + P/w G dnu = -F,     F = p - projection(p - u/w),  P its generalised Jacobian
+/// is solved for dp, which leaves a system of 6x6 blocks over the bodies, as sparse as the graph of contacts. eps makes
+/// redundant reactions regular; it falls with the residual to 1e-10, and F, R never have it. The search is nonmonotone on an
+/// energy, apart for each island (bodies tied by reactions or couplings).
+///
+/// If it stalls: Josephy and Newton's method, the linearised problem with its exact cones solved by solve_friction's chain;
+/// then the same by Ipopt.
+class NonsmoothNewton {
+ public:
+  struct Options {
+    double tolerance = 1e-10;  ///< relative to the speeds of the step
+    double rounding = 0;       ///< of u, absolute [m/s]: what psi/h cannot go below
+    int most = 40;             ///< iterations of Newton
+  };
+
+  /// Solves for nu and the reactions' p, from their values on entry; leaves u and W at the answer.
+  void solve(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+             std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+
+ private:
+  static constexpr std::size_t memory = 8;  // merits that the search may fall back on
+  struct Island {
+    StepResiduals residuals;
+    double merit = 0;  // [J]
+    std::array<double, memory> merits{};
+    double t = 1;  // of the search
+    bool good = false;
+    double floor = 0;
+  };
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+  void find_islands(const Model& model, const std::vector<Reaction>& reactions);
+  void analyze(const Model& model, const std::vector<Reaction>& reactions);
+  bool evaluate(const Model& model, StepProblem& problem, const Options& options, const Vector& nu,
+                std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool judge(const Model& model, const Options& options, const Vector& nu,
+             const std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool direction(const Model& model, const std::vector<Reaction>& reactions);
+  bool search(const Model& model, StepProblem& problem, const Options& options, std::size_t iteration,
+              Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool newton(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+              std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool josephy_newton(const Model& model, StepProblem& problem, const Options& options, bool ipopt,
+                      Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  int root(int body);
+
+  Vector R_, dnu_, nu_, nu_best_;  // R_ of (1) with sum W p taken off
+  std::vector<Coupling> K_;
+  std::vector<Vector3> F_, dp_, p_, p_best_;
+  std::vector<Matrix3> P_;
+  std::vector<Island> islands_;
+  std::vector<int> parent_, island_;  // of bodies
+  std::vector<int> block_;            // of bodies: row of blocks, -1 without velocities
+  std::vector<std::array<int, 2>> pairs_, analyzed_pairs_;
+  std::vector<int> analyzed_blocks_;
+  BlockLu<6> lu_;
+  BlockPattern pattern_;
+  std::vector<Matrix6> values_;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> rhs_;
+};
+
+/// A joint row's W as one column of three.
+WrenchMap<3> three_columns(const WrenchMap<1>& W, int column);
+
+/// w of a reaction.
+double inverse_mass(const Model& model, const WrenchMap<3>& W, Law law);
+
+}  // namespace perp

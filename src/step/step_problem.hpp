@@ -1,0 +1,54 @@
+// The nonsmooth equations of an implicit step, as its Newton sees them: one form for all methods.
+//
+//   R(nu) - sum_i W_i p_i = 0                                   momentum, one block a body            (1)
+//   p_i ∈ C_i(p_i),  u_i(nu) against p_i by the law of i        one or more rows a reaction            (2)
+// with nu a velocity of the whole system and p_i impulses.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "perp/instant/instant.hpp"
+
+namespace perp {
+
+/// What ties an impulse to its velocity. Rows used: n, t, o of p and u.
+enum class Law {
+  Equality,  ///< u_n = 0, p_n free: a joint's equation
+  HalfLine,  ///< 0 <= p_n ⟂ u_n >= 0
+  Planar,    ///< and |p_t| <= mu p_n with maximum work
+  Cone,      ///< and |(p_t, p_o)| <= mu p_n with maximum work
+  Interval,  ///< |p_t| <= mu, u_t = 0 inside, of the sign of -p_t at the ends: dry friction of a joint
+};
+
+/// One contact point, joint row or joint friction.
+struct Reaction {
+  using Slope = Eigen::Matrix<double, 3, 12>;
+  Law law = Law::HalfLine;
+  double mu = 0;  ///< coefficient [-], of an interval its bound [N s]
+  enum class Of { Contact, JointRow, JointFriction } of = Of::Contact;
+  int source = 0;               ///< contact point of the model, or index among an instant's rows or frictions
+  WrenchMap<3> W;               ///< columns n, t, o: p acts as W p
+  Slope G = Slope::Zero();      ///< du/dnu, columns of both bodies' velocities
+  Vector3 u = Vector3::Zero();  ///< [m/s]
+  Vector3 p = Vector3::Zero();  ///< [N s]
+  double w = 1;  ///< velocity that a unit impulse gives, tr(Wᵀ M^-1 W)/rows; scales p to u [1/kg]
+};
+
+/// dR/dnu by pairs of bodies; those at the same place add up.
+struct Coupling {
+  int row = 0, column = 0;  ///< bodies
+  Eigen::Matrix<double, 6, 6> value;
+};
+
+/// The equations, at a guess. Implemented once a method.
+class StepProblem {
+ public:
+  virtual ~StepProblem() = default;
+  /// At nu and the reactions' p: R of (1) and u of every reaction; W where it moves with nu. False if something is not finite.
+  virtual bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) = 0;
+  /// At the guess evaluated last: K = d(R - sum W p)/dnu and every reaction's G.
+  virtual void differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) = 0;
+};
+
+}  // namespace perp
