@@ -31,6 +31,7 @@
 
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/methods.hpp"
+#include "perp/step/ncp2_stepper.hpp"
 #include "perp/step/ncp_stepper.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/step/stepper.hpp"

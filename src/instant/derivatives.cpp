@@ -314,7 +314,7 @@ void differentiate_spring(const Model& model, const Spring& spring, const Instan
     for (const Side& column : sides) {
       if (column.body.nv == 0) continue;
       out.push_back({&row == &sides[0] ? spring.a.index : spring.b.index,
-                     &column == &sides[0] ? spring.a.index : spring.b.index,
+                     &column == &sides[0] ? spring.a.index : spring.b.index, false,
                      row.sign * row.T.transpose() * xi.middleCols<6>(column.v) * column.T,
                      row.sign * row.T.transpose() * nu.middleCols<6>(column.v) * column.T});
     }
@@ -336,7 +336,7 @@ void differentiate_force(const Model& model, const BodyForce& load, const State&
   for (std::size_t j = 0; j < model.bodies().size(); ++j) {
     const Body& other = model.bodies()[j];
     if (other.nv == 0) continue;
-    LoadDerivative block{load.body.index, static_cast<int>(j), Matrix6::Zero(), Matrix6::Zero()};
+    LoadDerivative block{load.body.index, static_cast<int>(j), false, Matrix6::Zero(), Matrix6::Zero()};
     for (int i = 0; i < other.nv; ++i) {
       State before = x, after = x;
       unit[other.v0 + i] = 1;
@@ -412,7 +412,7 @@ void differentiate_loads(const Model& model, const State& x, const Instant& inst
     const Body& body = model.bodies()[i];
     if (body.kind != BodyKind::Spatial) continue;  // -w x J w
     const Vector3 w = x.nu.segment<3>(body.v0 + 3);
-    LoadDerivative block{static_cast<int>(i), static_cast<int>(i), Matrix6::Zero(), Matrix6::Zero()};
+    LoadDerivative block{static_cast<int>(i), static_cast<int>(i), true, Matrix6::Zero(), Matrix6::Zero()};
     block.nu.bottomRightCorner<3, 3>() = skew(body.J * w) - skew(w) * body.J;
     out.push_back(block);
   }

@@ -58,7 +58,7 @@ void evaluate_bodies(const Model& model, const State& x, Instant& s) {
   }
 }
 
-void evaluate_loads(const Model& model, const State& x, Instant& s) {
+void add_loads(const Model& model, const State& x, Instant& s) {
   const auto index = [](BodyId b) { return static_cast<std::size_t>(b.index); };
   for (const Spring& spring : model.springs()) {
     const std::size_t a = index(spring.a), b = index(spring.b);
@@ -232,10 +232,15 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
 
 }  // namespace
 
-void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like) {
+void evaluate_loads(const Model& model, const State& x, Instant& instant) {
   instant.t = x.t;
-  instant.fault.clear();
+  instant.nu = x.nu;
   evaluate_bodies(model, x, instant);
+  add_loads(model, x, instant);
+}
+
+void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like) {
+  instant.fault.clear();
   evaluate_loads(model, x, instant);
   evaluate_joints(model, x, instant);
   evaluate_joint_loads(model, x, instant);

@@ -115,14 +115,15 @@ void add_turning(const WrenchMap<3>& W, Eigen::Matrix<double, 12, 12> force, con
 bool VelocityLevel::evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) {
   multiply_mass(model_, nu, R);
   R -= momentum_;
-  for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].u = reactions[i].W.velocity(nu) + bias_[i];
+  for (std::size_t i = 0; i < reactions.size(); ++i)
+    reactions[i].u = velocities_[i].W.velocity(nu) + velocities_[i].bias;
   return true;
 }
 
 void VelocityLevel::differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) {
   K.clear();
   add_mass(model_, K);
-  for (Reaction& r : reactions) r.G = slopes_of(r.W);
+  for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].G = slopes_of(velocities_[i].W);
 }
 
 bool slips(const Reaction& r, double speed) {

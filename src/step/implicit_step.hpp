@@ -65,20 +65,25 @@ void add_loads(const std::vector<LoadDerivative>& loads, double h_nu, double h_q
 void add_turning(const WrenchMap<3>& W, Eigen::Matrix<double, 12, 12> force, const Motion& motion,
                  std::vector<Coupling>& K);
 
+/// u = Wᵀ nu + bias of a reaction at velocity level: explicit velocities and restitution in the bias.
+struct RelativeVelocity {
+  WrenchMap<3> W;
+  Vector3 bias = Vector3::Zero();
+};
+
 /// The equations at a fixed configuration, for the velocity alone:
-///   M nu - momentum = sum W p,     u = Wᵀ nu + bias
+///   M nu - momentum = sum W p,     u = (a reaction's RelativeVelocity)
 class VelocityLevel final : public StepProblem {
  public:
-  /// `momentum` (nv) [N s, N m s]; `bias` of each reaction: explicit velocities and restitution.
-  VelocityLevel(const Model& model, const Vector& momentum, const std::vector<Vector3>& bias)
-      : model_(model), momentum_(momentum), bias_(bias) {}
+  VelocityLevel(const Model& model, const Vector& momentum, const std::vector<RelativeVelocity>& velocities)
+      : model_(model), momentum_(momentum), velocities_(velocities) {}
   bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) override;
   void differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) override;
 
  private:
   const Model& model_;
   const Vector& momentum_;
-  const std::vector<Vector3>& bias_;
+  const std::vector<RelativeVelocity>& velocities_;
 };
 
 /// Whether a contact slips at `speed`s of the step: u along t, o is more than rounding.

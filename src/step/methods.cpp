@@ -2,7 +2,7 @@
 
 #include "perp/core/errors.hpp"
 #include "perp/step/lcp_stepper.hpp"
-#include "perp/step/ncp_stepper.hpp"
+#include "perp/step/ncp2_stepper.hpp"
 
 namespace perp {
 
@@ -22,6 +22,8 @@ const std::vector<Method>& methods() {
        [](const MethodOptions&) -> std::unique_ptr<Stepper> {
          return std::make_unique<NcpStepper>(NcpStepperOptions{.directions = Directions::Start});
        }},
+      {"ncp2", 2, false, "second order: a nonsmooth RATTLE with circular cones",
+       [](const MethodOptions&) -> std::unique_ptr<Stepper> { return std::make_unique<Ncp2Stepper>(); }},
   };
   return all;
 }

@@ -157,7 +157,7 @@ struct NcpStepper::Workspace {
   std::vector<int> active;
   std::vector<char> is_active;  // by contact of the start
   std::vector<Reaction> reactions, closed;
-  std::vector<Vector3> bias;
+  std::vector<RelativeVelocity> velocities;
   Vector nu, momentum;
 };
 
@@ -240,7 +240,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   const std::vector<Reaction>* final = &w.reactions;
   bool bounces = false;
   w.closed.clear();
-  w.bias.clear();
+  w.velocities.clear();
   for (const Reaction& r : w.reactions) {
     const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
     if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0))) continue;
@@ -256,12 +256,12 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     } else {
       bias.y() = w.end.joint_frictions[at(r.source)].psi_b_t;
     }
-    w.bias.push_back(bias);
+    w.velocities.push_back({r.W, bias});
   }
   if (bounces) {
     multiply_mass(model, x.nu, w.momentum);
     w.momentum += h * w.end.k;
-    VelocityLevel level(model, w.momentum, w.bias);
+    VelocityLevel level(model, w.momentum, w.velocities);
     w.newton.solve(model, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
     report.iterations += w.rebound.iterations;
     if (!w.rebound.converged)

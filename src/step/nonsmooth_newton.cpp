@@ -200,32 +200,31 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
   return true;
 }
 
-/// dnu_, dp_ of the linearised equations.
+/// dnu_, dp_ of the linearised equations, refined.
 bool NonsmoothNewton::direction(const Model& model, const std::vector<Reaction>& reactions) {
-  constexpr double least = 1e-10, most = 1e-2, part = 1e-3;  // of eps, beside the relative residual
+  // eps of the equations, beside the relative residual; the factors have more, for 1/eps costs digits, and refinement mends it
+  constexpr double least = 1e-14, most = 1e-2, part = 1e-3, least_factored = 1e-8;
+  constexpr int most_refinements = 3;
+  const std::size_t n = reactions.size();
   values_.assign(pattern_.column.size(), Matrix6::Zero());
-  rhs_.setZero(6, pattern_.size());
   for (const Coupling& c : K_) values_[at(pattern_.find(block_[at(c.row)], block_[at(c.column)]))] += c.value;
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];
     if (b.nv == 0) continue;
     Matrix6& diagonal = values_[at(pattern_.find(block_[i], block_[i]))];
     for (int k = b.nv; k < 6; ++k) diagonal(k, k) = 1;
-    rhs_.col(block_[i]).head(b.nv) = -R_.segment(b.v0, b.nv);
   }
-  std::vector<Matrix3> inverse(reactions.size());
-  for (std::size_t i = 0; i < reactions.size(); ++i) {
+  inverse_.resize(n);
+  eps_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
     const Reaction& r = reactions[i];
     const StepResiduals& e = islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])].residuals;
-    const double eps = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
-    inverse[i] = (Matrix3::Identity() - (1 - eps) * P_[i]).inverse();
-    const Matrix3 S = inverse[i] * P_[i] / r.w;
-    const Reaction::Slope SG = S * r.G;
-    const Vector3 SF = inverse[i] * F_[i];
+    eps_[i] = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
+    inverse_[i] = (Matrix3::Identity() - (1 - std::max(eps_[i], least_factored)) * P_[i]).inverse();
+    const Reaction::Slope SG = inverse_[i] * P_[i] / r.w * r.G;
     const std::array<int, 2> block{block_[at(r.W.a)], block_[at(r.W.b)]};
     const auto add = [&](int row, const WrenchMap<3>::Block& W) {
       if (row < 0) return;
-      rhs_.col(row) -= W * SF;
       if (block[0] >= 0) values_[at(pattern_.find(row, block[0]))] += W * SG.leftCols<6>();
       if (block[1] >= 0) values_[at(pattern_.find(row, block[1]))] += W * SG.rightCols<6>();
     };
@@ -235,22 +234,73 @@ bool NonsmoothNewton::direction(const Model& model, const std::vector<Reaction>&
   lu_.clear();
   for (std::size_t k = 0; k < values_.size(); ++k) lu_.set(static_cast<int>(k), values_[k]);
   if (!lu_.factor()) return false;
-  lu_.solve(rhs_);
-  if (!rhs_.allFinite()) return false;
-  dnu_.resize(R_.size());
+
+  dnu_.setZero(R_.size());
+  dp_.assign(n, Vector3::Zero());
+  first_miss_ = -R_;
+  second_miss_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) second_miss_[i] = -F_[i];
+  const double size = linear_miss(model, reactions);
+  for (int refinements = 0;; ++refinements) {
+    correct(model, reactions);
+    subtract(model, reactions);
+    const double miss = linear_miss(model, reactions);
+    if (!std::isfinite(miss)) return false;
+    if (miss <= 1e-13 * size || refinements == most_refinements) return true;
+  }
+}
+
+/// Norm of what the linearised equations miss [J].
+double NonsmoothNewton::linear_miss(const Model& model, const std::vector<Reaction>& reactions) {
+  solve_mass(model, first_miss_, scratch_);
+  double sum = first_miss_.dot(scratch_);
+  for (std::size_t i = 0; i < reactions.size(); ++i) sum += reactions[i].w * second_miss_[i].squaredNorm();
+  return std::sqrt(std::abs(sum));
+}
+
+/// Adds to dnu_, dp_ what the factors say of the misses.
+void NonsmoothNewton::correct(const Model& model, const std::vector<Reaction>& reactions) {
+  rhs_.setZero(6, pattern_.size());
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];
-    if (b.nv > 0) dnu_.segment(b.v0, b.nv) = rhs_.col(block_[i]).head(b.nv);
+    if (b.nv > 0) rhs_.col(block_[i]).head(b.nv) = first_miss_.segment(b.v0, b.nv);
   }
-  dp_.resize(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    const Vector3 known = inverse_[i] * second_miss_[i];
+    if (r.W.na > 0) rhs_.col(block_[at(r.W.a)]) += r.W.A * known;
+    if (r.W.nb > 0) rhs_.col(block_[at(r.W.b)]) += r.W.B * known;
+  }
+  lu_.solve(rhs_);
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv > 0) dnu_.segment(b.v0, b.nv) += rhs_.col(block_[i]).head(b.nv);
+  }
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     Vector3 du = Vector3::Zero();
     if (r.W.na > 0) du += r.G.leftCols<6>() * rhs_.col(block_[at(r.W.a)]);
     if (r.W.nb > 0) du += r.G.rightCols<6>() * rhs_.col(block_[at(r.W.b)]);
-    dp_[i] = -inverse[i] * (F_[i] + P_[i] * du / r.w);
+    dp_[i] += inverse_[i] * (second_miss_[i] - P_[i] * du / r.w);
   }
-  return true;
+}
+
+/// What dnu_, dp_ leave of the linearised equations.
+void NonsmoothNewton::subtract(const Model& model, const std::vector<Reaction>& reactions) {
+  first_miss_ = -R_;
+  for (const Coupling& c : K_) {
+    const Body &row = model.bodies()[at(c.row)], &column = model.bodies()[at(c.column)];
+    first_miss_.segment(row.v0, row.nv) -=
+        c.value.topLeftCorner(row.nv, column.nv) * dnu_.segment(column.v0, column.nv);
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    r.W.add_impulse(dp_[i], first_miss_);
+    Vector3 du = Vector3::Zero();
+    for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * dnu_[r.W.va + k];
+    for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * dnu_[r.W.vb + k];
+    second_miss_[i] = -F_[i] - dp_[i] + P_[i] * ((1 - eps_[i]) * dp_[i] - du / r.w);
+  }
 }
 
 /// nu_ + t dnu, p_ + t dp with t halved in each island until its merit is low enough.
@@ -316,7 +366,6 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
         !search(model, problem, options, static_cast<std::size_t>(k), nu, reactions, outcome))
       break;
     ++outcome.iterations;
-    outcome.solver = "newton";
     const double now = outcome.residuals.largest();
     outcome.history.push_back(now);
     const bool halved = now < 0.5 * best;
@@ -436,6 +485,7 @@ void NonsmoothNewton::solve(const Model& model, StepProblem& problem, const Opti
   problem.differentiate(reactions, K_);
   find_islands(model, reactions);
   if (!judge(model, options, nu, reactions, outcome)) return;
+  if (!reactions.empty()) outcome.solver = "newton";
   if (newton(model, problem, options, nu, reactions, outcome)) return;
 
   for (const bool ipopt : {false, true}) {

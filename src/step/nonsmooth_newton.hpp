@@ -31,7 +31,7 @@ struct NewtonOutcome {
 /// Alart and Curnier's map with the bodies' velocities as unknowns: each reaction's linearisation
 ///   (I - P + eps P) dp + P/w G dnu = -F,     F = p - projection(p - u/w),  P its generalised Jacobian
 /// is solved for dp, which leaves a system of 6x6 blocks over the bodies, as sparse as the graph of contacts. eps makes
-/// redundant reactions regular; it falls with the residual to 1e-10, and F, R never have it. The search is nonmonotone on an
+/// redundant reactions regular; it falls with the residual to rounding, and F, R never have it. The search is nonmonotone on an
 /// energy, apart for each island (bodies tied by reactions or couplings).
 ///
 /// If it stalls: Josephy and Newton's method, the linearised problem with its exact cones solved by solve_friction's chain;
@@ -67,6 +67,9 @@ class NonsmoothNewton {
   bool judge(const Model& model, const Options& options, const Vector& nu,
              const std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool direction(const Model& model, const std::vector<Reaction>& reactions);
+  double linear_miss(const Model& model, const std::vector<Reaction>& reactions);
+  void correct(const Model& model, const std::vector<Reaction>& reactions);
+  void subtract(const Model& model, const std::vector<Reaction>& reactions);
   bool search(const Model& model, StepProblem& problem, const Options& options, std::size_t iteration,
               Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool newton(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
@@ -78,7 +81,10 @@ class NonsmoothNewton {
   Vector R_, dnu_, nu_, nu_best_;  // R_ of (1) with sum W p taken off
   std::vector<Coupling> K_;
   std::vector<Vector3> F_, dp_, p_, p_best_;
-  std::vector<Matrix3> P_;
+  std::vector<Matrix3> P_, inverse_;  // inverse_ = (I - P + eps P)^-1
+  std::vector<double> eps_;
+  Vector first_miss_, scratch_;  // of the linearised equations
+  std::vector<Vector3> second_miss_;
   std::vector<Island> islands_;
   std::vector<int> parent_, island_;  // of bodies
   std::vector<int> block_;            // of bodies: row of blocks, -1 without velocities

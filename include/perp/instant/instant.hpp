@@ -84,6 +84,7 @@ struct Instant {
   double t = 0;
   std::vector<Pose> X;   ///< X_WB of every body
   std::vector<Twist> V;  ///< its twist, world axes
+  Vector nu;             ///< x.nu
   Vector k;              ///< g_ext with the gyroscopic terms (erratum 4), in nu's axes [N, N m]
   std::vector<ContactInstant> contacts;     ///< points with a finite gap, in the model's order
   std::vector<JointRowInstant> joint_rows;  ///< psi_b = 0, in the model's order
@@ -110,6 +111,9 @@ struct Instant {
 /// Fills `instant` with the system at x. Sizes are the caller's duty (Model::check). With `like`, tangents t are those of
 /// the contact points there, turned with the normal as little as can be: a method that compares two states keeps its axes.
 void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like = nullptr);
+
+/// The part of it that does not depend on joints and contacts: poses, twists, k. For other velocities at the same q.
+void evaluate_loads(const Model& model, const State& x, Instant& instant);
 
 /// M^-1 f for a vector of the system's velocity space; M is block diagonal and constant in nu's axes.
 void solve_mass(const Model& model, const Vector& f, Vector& out);

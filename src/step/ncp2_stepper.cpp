@@ -1,0 +1,374 @@
+#include "perp/step/ncp2_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "perp/core/errors.hpp"
+#include "step/implicit_step.hpp"
+#include "step/step_record.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// Loads without gyroscopic terms at (q, nu, t); `s` holds those of another nu. Absent springs and forces cost nothing.
+void loads_at(const Model& model, const Instant& s, State& at_nu, Instant& scratch, Vector& f) {
+  const bool constant = model.springs().empty() && model.forces().empty();
+  if (!constant) evaluate_loads(model, at_nu, scratch);
+  f = constant ? s.k : scratch.k;
+  const Vector& nu = constant ? s.nu : at_nu.nu;
+  for (const Body& b : model.bodies()) {
+    if (b.kind != BodyKind::Spatial) continue;
+    const Vector3 w = nu.segment<3>(b.v0 + 3);
+    f.segment<3>(b.v0 + 3) += w.cross(b.J * w);
+  }
+}
+
+/// T(nu) y for h: a spatial body's angular part turned by exp(-h w/2).
+void carry(const Model& model, const Vector& nu, double h, Vector& y) {
+  for (const Body& b : model.bodies()) {
+    if (b.kind != BodyKind::Spatial) continue;
+    const Vector3 w = nu.segment<3>(b.v0 + 3);
+    y.segment<3>(b.v0 + 3) = rotation(-0.5 * h * w) * Vector3(y.segment<3>(b.v0 + 3));
+  }
+}
+
+/// The first stage in nu_½ and p_1. Its momentum equation is used as
+///   T(nu_½)^-1 M nu_½ - M nu_l - h/2 f(q_l, nu_½) = W(q_l) p_1.
+class FirstStage final : public StepProblem {
+ public:
+  FirstStage(const Model& model, const Instant& start, const State& x, const StepRequest& request,
+             Instant& end, Instant& scratch, ContactDerivatives& geometry)
+      : model_(model),
+        start_(start),
+        x_(x),
+        request_(request),
+        end_(end),
+        scratch_(scratch),
+        geometry_(geometry) {
+    multiply_mass(model, x.nu, momentum_);
+    half_ = x;
+  }
+
+  bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) override {
+    moved_.t = request_.t_end;
+    moved_.q = x_.q;
+    moved_.nu = nu;
+    move(model_, nu, request_.h, moved_.q);
+    if (!moved_.q.allFinite()) return false;
+    perp::evaluate(model_, moved_, end_, &start_);
+    if (!end_.fault.empty()) return false;
+    half_.nu = nu;
+    loads_at(model_, start_, half_, scratch_, load_);
+    multiply_mass(model_, nu, R);
+    carry(model_, nu, -request_.h, R);
+    R -= momentum_ + 0.5 * request_.h * load_;
+    for (Reaction& r : reactions) place(nu, r);
+    return true;
+  }
+
+  void differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) override {
+    const double h = request_.h;
+    const Vector& nu = moved_.nu;
+    const Motion motion(model_, nu, h);
+    K.clear();
+    add_mass(model_, K);
+    for (Coupling& c : K) {  // exp(a) (J - [J w]/2 h J_r(a)), a = h w/2
+      const Body& b = model_.bodies()[at(c.row)];
+      if (b.kind != BodyKind::Spatial) continue;
+      const Vector3 w = nu.segment<3>(b.v0 + 3), a = 0.5 * h * w;
+      c.value.bottomRightCorner<3, 3>() =
+          rotation(a).toRotationMatrix() * (b.J - 0.5 * h * skew(b.J * w) * rotation_jacobian(a));
+    }
+    if (!model_.springs().empty() || !model_.forces().empty()) {
+      differentiate_loads(model_, half_, scratch_, loads_);
+      for (LoadDerivative& load : loads_) load.xi.setZero();
+      std::erase_if(loads_, [&](const LoadDerivative& load) { return load.gyroscopic; });
+      add_loads(loads_, 0.5 * h, 0, motion, K);
+    }
+    active_.clear();
+    for (const Reaction& r : reactions)
+      if (const ContactInstant* c = contact_of(r, end_))
+        if (r.law != Law::HalfLine) active_.push_back(static_cast<int>(c - end_.contacts.data()));
+    geometry_.evaluate(model_, end_, active_);
+    for (Reaction& r : reactions) slopes(motion, r);
+  }
+
+  const State& moved() const { return moved_; }
+
+ private:
+  void place(const Vector& nu, Reaction& r) const {
+    const double h = request_.h;
+    if (r.of == Reaction::Of::JointRow) {
+      r.u.x() = end_.joint_rows[at(r.source)].psi_b / h;
+    } else if (r.of == Reaction::Of::JointFriction) {
+      r.u.y() = 0.5 * (start_.joint_frictions[at(r.source)].velocity(nu) +
+                       end_.joint_frictions[at(r.source)].velocity(nu));
+    } else {
+      const ContactInstant &before = *contact_of(r, start_), *c = contact_of(r, end_);
+      const double cap = h * request_.max_correction_speed;
+      const double allowed = before.psi_n + cap < 0 ? before.psi_n + cap : 0;
+      const Vector3 u = before.velocity(nu);
+      r.u = c == nullptr ? u : Vector3(0.5 * (u + c->velocity(nu)));
+      r.u.x() = c == nullptr ? (before.psi_n - allowed) / h + u.x() : (c->psi_n - allowed) / h;
+    }
+  }
+
+  void slopes(const Motion& motion, Reaction& r) const {
+    if (r.of == Reaction::Of::Contact) {
+      const ContactInstant &before = *contact_of(r, start_), *c = contact_of(r, end_);
+      r.G = slopes_of(before.W);
+      if (c == nullptr) return;
+      Reaction::Slope along = slopes_of(c->W);
+      r.G = 0.5 * (r.G + along);
+      motion.turn(r.W, along);
+      if (r.law != Law::HalfLine) {
+        PairDerivative<3> d;
+        perp::differentiate(model_, moved_, end_, *c,
+                            geometry_[static_cast<std::size_t>(c - end_.contacts.data())], Vector3::Zero(),
+                            d);
+        motion.turn(r.W, d.velocity);
+        r.G += 0.5 * motion.h() * d.velocity;
+      }
+      r.G.row(0) = along.row(0);
+    } else if (r.of == Reaction::Of::JointRow) {
+      r.G = slopes_of(three_columns(end_.joint_rows[at(r.source)].W, 0));
+      motion.turn(r.W, r.G);
+    } else {
+      const JointRowInstant& now = end_.joint_frictions[at(r.source)];
+      PairDerivative<1> d;
+      perp::differentiate(model_, end_, now, 0, d);
+      motion.turn(r.W, d.velocity);
+      r.G = 0.5 * (slopes_of(three_columns(start_.joint_frictions[at(r.source)].W, 1)) +
+                   slopes_of(three_columns(now.W, 1)));
+      r.G.row(1) += 0.5 * motion.h() * d.velocity;
+    }
+  }
+
+  const Model& model_;
+  const Instant& start_;
+  const State& x_;
+  const StepRequest& request_;
+  Instant &end_, &scratch_;
+  ContactDerivatives& geometry_;
+  State moved_, half_;
+  Vector momentum_, load_;
+  std::vector<LoadDerivative> loads_;
+  std::vector<int> active_;
+};
+
+/// How a reaction of the second stage came out of the first.
+struct Slid {
+  Vector3 direction =
+      Vector3::Zero();  ///< u_½/|u_½| along t, o; zero: it stuck or arrived, and has its law at nu+
+};
+
+}  // namespace
+
+struct Ncp2Stepper::Workspace {
+  StartInstant start;
+  Instant end, scratch;
+  ContactDerivatives geometry;
+  LastImpulses last;
+  NonsmoothNewton newton, second_newton;
+  NewtonOutcome outcome, second;
+  NewtonHistory history;
+  std::vector<int> active;
+  std::vector<char> is_active;
+  std::vector<Reaction> first, closed, posed;  // p_1; p_2; what the second stage's Newton sees of them
+  std::vector<Slid> slid;
+  std::vector<RelativeVelocity> velocities;
+  Vector nu, kick, load, momentum;
+  State moved;
+
+  void close(const Model& model, const Instant& s, const State& x, double h, double speed);
+  bool solve_second(const Model& model, double tolerance, int& iterations);
+};
+
+Ncp2Stepper::Ncp2Stepper(Ncp2StepperOptions options)
+    : options_(options), work_(std::make_unique<Workspace>()) {
+  if (!(options.tolerance > 0)) refuse("Ncp2Stepper", "tolerance", options.tolerance, "needs to be positive");
+}
+Ncp2Stepper::~Ncp2Stepper() = default;
+Ncp2Stepper::Ncp2Stepper(Ncp2Stepper&&) noexcept = default;
+Ncp2Stepper& Ncp2Stepper::operator=(Ncp2Stepper&&) noexcept = default;
+const NewtonHistory& Ncp2Stepper::history() const { return work_->history; }
+
+/// The second stage's reactions: contacts that the first closed, with W at q+, and all joints.
+void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const State& x, double h,
+                                   double speed) {
+  (void)model;
+  closed.clear();
+  velocities.clear();
+  slid.clear();
+  for (const Reaction& r : first) {
+    Reaction next = r;
+    Vector3 b = Vector3::Zero();
+    Slid how;
+    if (r.of == Reaction::Of::JointRow) {
+      const JointRowInstant& row = end.joint_rows[at(r.source)];
+      next.W = three_columns(row.W, 0);
+      b.x() = row.psi_b_t;
+    } else if (r.of == Reaction::Of::JointFriction) {
+      const JointRowInstant& row = end.joint_frictions[at(r.source)];
+      next.W = three_columns(row.W, 1);
+      b.y() = row.psi_b_t;
+      if (slips(r, speed)) how.direction.y() = r.u.y() > 0 ? 1 : -1;
+    } else {
+      const ContactInstant &before = *contact_of(r, s), *c = contact_of(r, end);
+      if (c == nullptr || !(r.w * r.p.x() > r.u.x())) continue;
+      next.W = c->W;
+      b = c->bias;
+      const double approach = std::min(before.velocity(x.nu).x(), 0.0);
+      b.x() += c->e * approach;
+      const bool arrived = before.psi_n > 1e-7 * h * speed;
+      if (!arrived && r.law != Law::HalfLine && slips(r, speed))
+        how.direction.tail<2>() = r.u.tail<2>().normalized();
+    }
+    closed.push_back(next);
+    velocities.push_back({next.W, b});
+    slid.push_back(how);
+  }
+}
+
+/// Friction of what slid is tied to p_2n, or known; where that would turn a slip round, the law at nu+ takes its place.
+bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, int& iterations) {
+  for (;;) {
+    posed.clear();
+    Vector known = momentum;
+    std::vector<RelativeVelocity> posed_velocities;
+    std::vector<std::size_t> source;
+    for (std::size_t i = 0; i < closed.size(); ++i) {
+      Reaction& r = closed[i];
+      const Vector3& d = slid[i].direction;
+      if (!d.isZero(0) && r.of == Reaction::Of::JointFriction) {
+        r.p = -r.mu * d;
+        r.W.add_impulse(r.p, known);
+        continue;
+      }
+      posed.push_back(r);
+      posed_velocities.push_back(velocities[i]);
+      source.push_back(i);
+      if (d.isZero(0)) continue;
+      Reaction& tied = posed.back();  // 0 <= p_n ⟂ u_n >= 0 with the column W_n - mu W_f d
+      tied.law = Law::HalfLine;
+      tied.W.A.col(0) -= r.mu * (r.W.A * d);
+      tied.W.B.col(0) -= r.mu * (r.W.B * d);
+      tied.p.tail<2>().setZero();
+    }
+    VelocityLevel level(model, known, posed_velocities);
+    second_newton.solve(model, level, {.tolerance = tolerance}, nu, posed, second);
+    iterations += second.iterations;
+    if (!second.converged) return false;
+    for (std::size_t k = 0; k < posed.size(); ++k) {
+      Reaction& r = closed[source[k]];
+      r.p = posed[k].p;
+      if (const Vector3& d = slid[source[k]].direction; !d.isZero(0))
+        r.p.tail<2>() = -r.mu * r.p.x() * d.tail<2>();
+    }
+    bool turned = false;
+    for (std::size_t i = 0; i < closed.size(); ++i) {
+      closed[i].u = velocities[i].W.velocity(nu) + velocities[i].bias;
+      if (slid[i].direction.isZero(0) || closed[i].u.dot(slid[i].direction) >= 0) continue;
+      slid[i].direction.setZero();
+      turned = true;
+    }
+    if (!turned) return true;
+  }
+}
+
+void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
+  Workspace& w = *work_;
+  const Instant& s = w.start.at(model, x);
+  const double h = request.h;
+  const auto fail = [&](StepStatus status, const std::string& why) {
+    report.status = status;
+    report.message = why;
+  };
+  const auto inexact = [&](std::string_view stage, const StepResiduals& e) {
+    fail(std::isfinite(e.largest()) ? StepStatus::Inexact : StepStatus::NotFinite,
+         "the " + std::string(stage) + " stage's residual " + shortest(e.largest()) + " m/s is above " +
+             shortest(options_.tolerance) + " of the speed " + shortest(e.speed) + " m/s");
+  };
+  if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
+
+  // first stage: contacts that a free or an unchanged velocity would close, and a first guess of nu_½
+  w.last.prepare(model, s, x);
+  solve_mass(model, s.k, w.nu);
+  w.nu = x.nu + 0.5 * h * w.nu;
+  w.active.clear();
+  w.is_active.assign(s.contacts.size(), 0);
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const ContactInstant& c = s.contacts[i];
+    const double rate = std::min(c.velocity(x.nu).x(), c.velocity(w.nu).x());
+    if (c.psi_n + h * rate > 0 && w.last.contact[at(c.point)].isZero(0)) continue;
+    w.active.push_back(static_cast<int>(i));
+    w.is_active[i] = 1;
+  }
+  make_reactions(model, s, w.active, w.last, 0.5 * h, w.first);
+  w.kick.setZero(model.nv());
+  for (const Reaction& r : w.first) r.W.add_impulse(r.p, w.kick);
+  solve_mass(model, w.kick, w.momentum);
+  w.nu += w.momentum;
+
+  FirstStage problem(model, s, x, request, w.end, w.scratch, w.geometry);
+  const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
+  for (;;) {
+    w.newton.solve(model, problem, how, w.nu, w.first, w.outcome);
+    report.iterations += w.outcome.iterations;
+    report.solver = w.outcome.solver;
+    if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
+    if (!w.outcome.converged) return inexact("first", w.outcome.residuals);
+    bool complete = true;  // unless a contact that was left out overlaps
+    for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+      const int now = w.end.contact_of_point[at(s.contacts[i].point)];
+      if (w.is_active[i] != 0 || now < 0 || !(w.end.contacts[at(now)].psi_n < 0)) continue;
+      complete = false;
+      w.is_active[i] = 1;
+      w.active.push_back(static_cast<int>(i));
+    }
+    if (complete) break;
+    std::sort(w.active.begin(), w.active.end());
+    const std::vector<Reaction> before = w.first;
+    make_reactions(model, s, w.active, w.last, 0.5 * h, w.first);
+    for (Reaction& r : w.first)
+      for (const Reaction& old : before)
+        if (old.of == r.of && old.source == r.source) r.p = old.p;
+  }
+  w.history.residuals = w.outcome.history;
+  w.moved = problem.moved();
+  const Vector half = w.moved.nu;
+  const double speed = w.outcome.residuals.speed;
+
+  // second stage, from the momentum that nu_½ carries to q+
+  w.close(model, s, x, h, speed);
+  loads_at(model, w.end, w.moved, w.scratch, w.load);
+  multiply_mass(model, half, w.kick);
+  carry(model, half, h, w.kick);
+  w.momentum = w.kick + 0.5 * h * w.load;
+  w.nu = half;
+  if (!w.solve_second(model, options_.tolerance, report.iterations))
+    return inexact("second", w.second.residuals);
+  if (w.second.solver == "friction-chain" || w.second.solver == "ipopt") report.solver = w.second.solver;
+
+  w.moved.nu = w.nu;
+  const StepResiduals &e = w.outcome.residuals, &e2 = w.second.residuals;
+  report.residuals = {.newton_euler = std::max(e.impulse, e2.impulse),
+                      .kinematic = 0,
+                      .joints = h * std::max(e.joints, e2.joints),
+                      .normal = std::max(e.normal, e2.normal),
+                      .friction = std::max(e.tangential, e2.tangential)};
+  evaluate(model, w.moved, w.end, &s);
+  report_reactions(s, w.first, x.nu, half, speed, report);
+  report_reactions(w.end, w.closed, half, w.nu, speed, report);
+  report_end(model, w.end, w.moved, report);
+  report.status = StepStatus::Solved;
+  keep_impulses(model, w.first, report, w.moved, w.last);
+  for (std::size_t i = 0; i < w.last.row.size(); ++i) w.last.row[i] *= 2;
+  for (double& p : w.last.friction) p *= 2;
+  x = w.moved;
+  w.start.go_on_from(model, x, w.end);
+}
+
+}  // namespace perp
