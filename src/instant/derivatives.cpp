@@ -72,7 +72,7 @@ struct Directions {
       wrench.topRows<3>() = dF;
       wrench.bottomRows<3>() = skew(s.r) * dF - skew(F) * dr + dA[i];
       wrench.bottomRows<3>().middleCols<3>(s.w) += skew(s.r.cross(F) + A[i]);
-      const Eigen::Matrix<double, 6, 12> own = s.sign * s.T.transpose() * wrench;
+      const Eigen::Matrix<double, 6, 12> own = s.T.transpose() * (s.sign * wrench);
       out.middleRows<6>(s.v).leftCols<6>() = own.leftCols<6>() * side[0].T;
       out.middleRows<6>(s.v).rightCols<6>() = own.rightCols<6>() * side[1].T;
     }
@@ -314,9 +314,9 @@ void differentiate_spring(const Model& model, const Spring& spring, const Instan
     for (const Side& column : sides) {
       if (column.body.nv == 0) continue;
       out.push_back({&row == &sides[0] ? spring.a.index : spring.b.index,
-                     &column == &sides[0] ? spring.a.index : spring.b.index, false,
-                     row.sign * row.T.transpose() * xi.middleCols<6>(column.v) * column.T,
-                     row.sign * row.T.transpose() * nu.middleCols<6>(column.v) * column.T});
+                     &column == &sides[0] ? spring.a.index : spring.b.index,
+                     row.T.transpose() * (row.sign * xi.middleCols<6>(column.v)) * column.T,
+                     row.T.transpose() * (row.sign * nu.middleCols<6>(column.v)) * column.T});
     }
   }
 }
@@ -336,7 +336,7 @@ void differentiate_force(const Model& model, const BodyForce& load, const State&
   for (std::size_t j = 0; j < model.bodies().size(); ++j) {
     const Body& other = model.bodies()[j];
     if (other.nv == 0) continue;
-    LoadDerivative block{load.body.index, static_cast<int>(j), false, Matrix6::Zero(), Matrix6::Zero()};
+    LoadDerivative block{load.body.index, static_cast<int>(j), Matrix6::Zero(), Matrix6::Zero()};
     for (int i = 0; i < other.nv; ++i) {
       State before = x, after = x;
       unit[other.v0 + i] = 1;
@@ -412,7 +412,7 @@ void differentiate_loads(const Model& model, const State& x, const Instant& inst
     const Body& body = model.bodies()[i];
     if (body.kind != BodyKind::Spatial) continue;  // -w x J w
     const Vector3 w = x.nu.segment<3>(body.v0 + 3);
-    LoadDerivative block{static_cast<int>(i), static_cast<int>(i), true, Matrix6::Zero(), Matrix6::Zero()};
+    LoadDerivative block{static_cast<int>(i), static_cast<int>(i), Matrix6::Zero(), Matrix6::Zero(), true};
     block.nu.bottomRightCorner<3, 3>() = skew(body.J * w) - skew(w) * body.J;
     out.push_back(block);
   }

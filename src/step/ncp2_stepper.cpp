@@ -54,6 +54,7 @@ class FirstStage final : public StepProblem {
   bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) override {
     moved_.t = request_.t_end;
     moved_.q = x_.q;
+    moved_.winding = x_.winding;
     moved_.nu = nu;
     move(model_, nu, request_.h, moved_.q);
     if (!moved_.q.allFinite()) return false;

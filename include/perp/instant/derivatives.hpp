@@ -46,8 +46,8 @@ class ContactDerivatives {
 /// A block of the loads' derivatives: of body `row`'s part of Instant::k by the motion and the velocity of body `column`.
 struct LoadDerivative {
   int row = 0, column = 0;             ///< bodies
-  bool gyroscopic = false;             ///< of -w x J w
   Eigen::Matrix<double, 6, 6> xi, nu;  ///< by xi, by nu; past the bodies' velocities zero
+  bool gyroscopic = false;             ///< of -w x J w
 };
 
 /// Of all loads and gyroscopic terms: springs exactly, functions of one's own (add_force) by central differences. Several
