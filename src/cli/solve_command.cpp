@@ -109,13 +109,15 @@ Answer solve_mixed_lcp_file(const std::string& file, const SolveRequest& request
 FrictionMethod friction_method(const std::string& solver) {
   if (solver == "newton") return FrictionMethod::Newton;
   if (solver == "interior-point") return FrictionMethod::InteriorPoint;
+  if (solver == "proximal") return FrictionMethod::Proximal;
   if (solver == "gauss-seidel") return FrictionMethod::GaussSeidel;
   if (solver == "ipopt") return FrictionMethod::Ipopt;
   return FrictionMethod::Chain;
 }
 
 Answer solve_friction_file(const std::string& file, const SolveRequest& request) {
-  need_solver(request, "friction", {"chain", "newton", "interior-point", "gauss-seidel", "ipopt"});
+  need_solver(request, "friction",
+              {"chain", "newton", "interior-point", "proximal", "gauss-seidel", "ipopt"});
   const FrictionProblem problem = read_friction_problem(file);
   const Stopwatch watch;
   const FrictionSolution solution =

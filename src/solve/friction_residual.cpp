@@ -50,6 +50,7 @@ FrictionResidual friction_residual(const FrictionProblem& problem, const Contact
       result.sliding = std::max(result.sliding, slip + r_i.tail<2>().dot(u_i.tail<2>()) / (mu * r_i(0)));
   }
   result.absolute = std::sqrt(scaled_map);
+  result.round_off = round_off(std::sqrt(scaled_size));
   result.relative = result.absolute / std::max(1.0, std::sqrt(scaled_size));
   result.file = std::sqrt(map);
   return result;

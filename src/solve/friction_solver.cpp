@@ -15,7 +15,7 @@ namespace perp {
 namespace {
 
 double pass_error(const FrictionResidual& residuals) {
-  return std::max(residuals.relative, 0.01 * residuals.absolute);
+  return std::max(residuals.relative, 0.01 * (residuals.absolute + residuals.round_off));
 }
 
 /// The chain over one scaled problem. `best` only ever improves.
@@ -51,6 +51,19 @@ class Chain {
         [&](Iterate& x) {
           interior_point(system_, interior, options_.tolerance, budget_, x);
           polish(x);
+        },
+        point);
+  }
+
+  void proximal_stage(const ProximalOptions& proximal) {
+    Iterate point;
+    point.r = Columns3::Zero(3, system_.n);
+    evaluate(system_, point);
+    attempt(
+        FrictionStage::Proximal,
+        [&](Iterate& x) {
+          proximal_point(system_, proximal, options_.tolerance, budget_, x);
+          sharpen(x);
         },
         point);
   }
@@ -137,6 +150,17 @@ void run_chain(Chain& chain, const FrictionOptions& options) {
   }
 }
 
+/// Proximal point from zero in several manners: what one does not come to, the next mostly does.
+void proximal_rounds(Chain& chain, int n) {
+  const int most = std::min(200, 4 * n);  // a small problem is soon at its end
+  const ProximalOptions rounds[] = {{.most = most},
+                                    {.most = 2 * most, .alpha = 1, .sweeps = 0},
+                                    {.most = most, .alpha = 0.1, .newton = 25, .sweeps = 30},
+                                    {.most = 2 * most, .alpha = 1e-3, .newton = 25, .sweeps = 300}};
+  for (const ProximalOptions& round : rounds)
+    if (!chain.done()) chain.proximal_stage(round);
+}
+
 }  // namespace
 
 FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOptions& options) {
@@ -171,6 +195,9 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
     case FrictionMethod::InteriorPoint:
       chain.interior_point_stage(FrictionStage::InteriorPoint, {});
       break;
+    case FrictionMethod::Proximal:
+      chain.proximal_stage({.most = 300});
+      break;
     case FrictionMethod::GaussSeidel:
       chain.gauss_seidel_stage(2000);
       break;
@@ -184,6 +211,7 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
   if (!chain.solved()) solution.certificate = infeasibility_certificate(problem, system);
   if (options.method == FrictionMethod::Chain && solution.certificate.size() == 0) {
     constexpr int few = 60;  // contacts up to which Ipopt's dense W and thousands of sweeps are affordable
+    proximal_rounds(chain, system.n);
     if (!chain.done()) chain.gauss_seidel_stage(system.n <= few ? 2000 : 300);
     if (!chain.done() && system.n <= few && options.use_ipopt && has_ipopt()) chain.ipopt_stage();
   }
@@ -242,6 +270,8 @@ std::string_view to_string(FrictionStage stage) {
       return "interior-point";
     case FrictionStage::Restart:
       return "restart";
+    case FrictionStage::Proximal:
+      return "proximal";
     case FrictionStage::GaussSeidel:
       return "gauss-seidel";
     case FrictionStage::Ipopt:

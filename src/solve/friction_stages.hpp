@@ -3,15 +3,19 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 #include "contact_system.hpp"
 
 namespace perp {
 
-/// What must be below the tolerance: the natural map over max(1, |r|), and a hundredth of it as it stands, since
-/// reactions that run off to infinity make the first small by themselves [-].
+/// What rounding of u = W r + q may hide in the natural map at |r| = size, in the scaled problem [-].
+inline double round_off(double size) { return 4 * std::numeric_limits<double>::epsilon() * size; }
+
+/// What must be below the tolerance: the natural map over max(1, |r|), and a hundredth of it as it stands with what
+/// rounding may hide, since reactions that run off to infinity make the first small by themselves [-].
 inline double pass_error(double natural_map, double size) {
-  return natural_map * std::max(1 / std::max(1.0, size), 0.01);
+  return std::max(natural_map / std::max(1.0, size), 0.01 * (natural_map + round_off(size)));
 }
 
 /// A point with its residual; stages keep the best one they meet.
@@ -51,6 +55,18 @@ struct InteriorPointOptions {
   double damping = 1;  ///< factor on the derivative of |y_T| [-]
 };
 void interior_point(const ContactSystem& system, const InteriorPointOptions& options, double tolerance,
+                    Budget& budget, Iterate& best);
+
+/// Proximal point method: r_(k+1) solves the problem with alpha (r - r_k) added to u by Newton's method, alpha falls
+/// while these inner problems are solved and grows when one is not. It needs no smoothing and comes to solutions
+/// whose contacts hardly press and hardly slip, where the others stall.
+struct ProximalOptions {
+  int most = 100;       ///< inner problems
+  double alpha = 1e-2;  ///< at the start; beside tr W_ii = rows [-]
+  int newton = 15;      ///< iterations on each map in an inner problem
+  int sweeps = 100;     ///< of Gauss-Seidel after an inner problem that was not solved; 0: none
+};
+void proximal_point(const ContactSystem& system, const ProximalOptions& options, double tolerance,
                     Budget& budget, Iterate& best);
 
 /// Sweeps with an exact solution of each contact alone.

@@ -31,6 +31,21 @@ TEST_CASE("the residual without units does not see units of mass and length", "[
   CHECK(a.relative == Approx(b.relative).epsilon(1e-12));
 }
 
+TEST_CASE("the residual tells what rounding may hide in it when reactions are huge", "[friction]") {
+  FrictionProblem problem;  // two contacts squeeze one freedom: u does not change along r = (a, a)
+  Matrix H = Matrix::Zero(1, 6);
+  H(0, 0) = 1;
+  H(0, 3) = -1;
+  problem.W = Matrix(H.transpose() * H);
+  problem.q = Vector::Constant(6, 0.1);
+  problem.mu = Vector::Constant(2, 0.5);
+  Vector r = Vector::Zero(6);
+  r(0) = r(3) = 1;
+  const FrictionResidual small = friction_residual(problem, r), huge = friction_residual(problem, 1e15 * r);
+  CHECK(small.round_off < 1e-13);
+  CHECK(huge.round_off == Approx(1e15 * small.round_off));
+}
+
 TEST_CASE("the residuals in units say by how much each law is missed", "[friction]") {
   FrictionProblem problem;
   problem.W = Matrix3::Identity();

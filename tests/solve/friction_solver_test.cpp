@@ -39,9 +39,9 @@ TEST_CASE("a cube under a small push stays, under a large one slides with mu N a
   CHECK((slides.v.head(3) - Vector3(3 - 0.6 * 2, 4 - 0.8 * 2, 0)).norm() < 1e-12);
 }
 
-TEST_CASE("of 5,000 random problems of any rank every status holds by a second opinion", "[friction]") {
+TEST_CASE("of 1,500 random problems of any rank every status holds by a second opinion", "[friction]") {
   int solved = 0, none = 0;
-  for (unsigned seed = 0; seed < 5000; ++seed) {
+  for (unsigned seed = 0; seed < 1500; ++seed) {
     const FrictionProblem problem = random_friction_problem(seed);
     const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
     CAPTURE(seed, to_string(s.status), s.residual);
@@ -49,9 +49,9 @@ TEST_CASE("of 5,000 random problems of any rank every status holds by a second o
     solved += s.solved();
     none += s.status == FrictionStatus::NoSolution;
   }
-  CHECK(solved > 3000);
-  CHECK(none > 100);
-  CHECK(solved + none > 4500);
+  CHECK(solved > 1200);
+  CHECK(none > 80);
+  CHECK(solved + none > 1350);
 }
 
 TEST_CASE("of 100,000 random problems of any rank every status holds by a second opinion",
@@ -142,6 +142,7 @@ TEST_CASE("each stage alone answers and is named", "[friction]") {
   const auto [method, stage] = GENERATE(
       table<FrictionMethod, FrictionStage>({{FrictionMethod::Newton, FrictionStage::Newton},
                                             {FrictionMethod::InteriorPoint, FrictionStage::InteriorPoint},
+                                            {FrictionMethod::Proximal, FrictionStage::Proximal},
                                             {FrictionMethod::GaussSeidel, FrictionStage::GaussSeidel},
                                             {FrictionMethod::Ipopt, FrictionStage::Ipopt}}));
   if (method == FrictionMethod::Ipopt && !has_ipopt()) return;

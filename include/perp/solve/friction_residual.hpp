@@ -12,6 +12,7 @@ namespace perp {
 /// mean of the others).
 struct FrictionResidual {
   double absolute = 0;     ///< |r~ - P_K(r~ - û~)|, Euclidean over all blocks [-]
+  double round_off = 0;    ///< what rounding of u~ may hide in `absolute`: 4 epsilon |r~| [-]
   double relative = 0;     ///< absolute / max(1, |r~|) [-]: the measure that decides
   double file = 0;         ///< |r - P_K(r - û)| in the problem's own numbers, as other programs print it
   double penetration = 0;  ///< max(0, -min u_N) over contacts [unit of u]

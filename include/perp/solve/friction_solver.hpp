@@ -2,6 +2,7 @@
 //
 //   newton          Alart-Curnier semismooth Newton from the given start (or zero), globalised
 //   interior-point  homotopy on the exact problem, polished by Newton; then from other starts
+//   proximal        Newton on a sequence of problems with W + alpha I
 //   gauss-seidel    sweeps over the contacts, polished
 //   ipopt           a mathematical program with relaxed complementarity, polished
 // The first that reaches the tolerance answers. doc/methods/friction.md has the mathematics.
@@ -15,16 +16,16 @@ namespace perp {
 
 /// How a solve ended.
 enum class FrictionStatus {
-  Solved,      ///< residuals.relative <= tolerance and residuals.absolute <= 100 tolerance
+  Solved,      ///< residuals.relative <= tolerance, residuals.absolute + residuals.round_off <= 100 tolerance
   NoSolution,  ///< proved by FrictionSolution::certificate
   BestFound,   ///< the best point met; the residual says how good; nothing is proved
 };
 
 /// The method that gave the answer.
-enum class FrictionStage { None, Newton, InteriorPoint, Restart, GaussSeidel, Ipopt };
+enum class FrictionStage { None, Newton, InteriorPoint, Restart, Proximal, GaussSeidel, Ipopt };
 
 /// Which methods may be used.
-enum class FrictionMethod { Chain, Newton, InteriorPoint, GaussSeidel, Ipopt };
+enum class FrictionMethod { Chain, Newton, InteriorPoint, Proximal, GaussSeidel, Ipopt };
 
 enum class Reactions {
   Any,          ///< those that the solver comes to; not unique if contacts are redundant
