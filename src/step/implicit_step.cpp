@@ -27,37 +27,63 @@ void LastImpulses::prepare(const Model& model, const Instant& s, const State& x)
   h = 0;
 }
 
-void make_reactions(const Model& model, const Instant& s, std::span<const int> active,
-                    const LastImpulses& last, double h, std::vector<Reaction>& out) {
-  out.clear();
-  const double scale = last.h > 0 ? h / last.h : 0;
-  for (const int i : active) {
-    const ContactInstant& c = s.contacts[at(i)];
-    if (!moves(c.W)) continue;
-    Reaction& r = out.emplace_back();
-    r.law = law_of(c);
-    r.mu = c.mu;
-    r.source = c.point;
-    r.W = c.W;
-    r.p = scale * (c.frame.transpose() * last.contact[at(c.point)]);
-    for (int j = c.tangents + 1; j < 3; ++j) r.p[j] = 0;
+void StepReactions::add_contact(const ContactInstant& c, const Vector3& p) {
+  if (!moves(c.W)) return;
+  Reaction& r = all.emplace_back();
+  r.law = law_of(c);
+  r.mu = c.mu;
+  r.source = c.point;
+  r.W = c.W;
+  r.p.head(1 + c.tangents) = (c.frame.transpose() * p).head(1 + c.tangents);
+}
+
+void StepReactions::begin(const Model& model, const Instant& s, const State& x, double h, double h_p,
+                          const LastImpulses& last, Vector& nu) {
+  const double scale = last.h > 0 ? h_p / last.h : 0;
+  all.clear();
+  taken_.assign(s.contacts.size(), 0);
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const ContactInstant& c = s.contacts[i];
+    const Vector3 p = scale * last.contact[at(c.point)];
+    const double rate = std::min(c.velocity(x.nu).x(), c.velocity(nu).x());
+    if (c.psi_n + h * rate > 0 && p.isZero(0)) continue;
+    taken_[i] = 1;
+    add_contact(c, p);
   }
-  const auto joint = [&](const JointRowInstant& row, std::size_t i, Law law, Reaction::Of of, int column,
-                         double p) {
-    if (row.W.na + row.W.nb == 0) return;
-    Reaction& r = out.emplace_back();
-    r.law = law;
-    r.of = of;
-    r.mu = row.friction * h;
-    r.source = static_cast<int>(i);
-    r.W = three_columns(row.W, column);
-    r.p[column] = p;
+  const auto add_joints = [&](const std::vector<JointRowInstant>& rows, const std::vector<double>& before,
+                              Law law, Reaction::Of of, int column) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i].W.na + rows[i].W.nb == 0) continue;
+      Reaction& r = all.emplace_back();
+      r.law = law;
+      r.of = of;
+      r.mu = rows[i].friction * h_p;
+      r.source = static_cast<int>(i);
+      r.W = three_columns(rows[i].W, column);
+      r.p[column] = scale * before[i];
+    }
   };
-  for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
-    joint(s.joint_rows[i], i, Law::Equality, Reaction::Of::JointRow, 0, scale * last.row[i]);
-  for (std::size_t i = 0; i < s.joint_frictions.size(); ++i)
-    joint(s.joint_frictions[i], i, Law::Interval, Reaction::Of::JointFriction, 1, scale * last.friction[i]);
-  (void)model;
+  add_joints(s.joint_rows, last.row, Law::Equality, Reaction::Of::JointRow, 0);
+  add_joints(s.joint_frictions, last.friction, Law::Interval, Reaction::Of::JointFriction, 1);
+
+  Vector kick = Vector::Zero(nu.size()), moved;
+  for (Reaction& r : all) {
+    r.W.add_impulse(r.p, kick);
+    if (r.of == Reaction::Of::JointRow) r.p.setZero();
+  }
+  solve_mass(model, kick, moved);
+  nu += moved;
+}
+
+bool StepReactions::add_overlapping(const Instant& s, const Instant& end) {
+  const std::size_t before = all.size();
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    const int now = end.contact_of_point[at(s.contacts[i].point)];
+    if (taken_[i] != 0 || now < 0 || !(end.contacts[at(now)].psi_n < 0)) continue;
+    taken_[i] = 1;
+    add_contact(s.contacts[i], Vector3::Zero());
+  }
+  return all.size() > before;
 }
 
 const ContactInstant* contact_of(const Reaction& r, const Instant& s) {
@@ -134,7 +160,7 @@ bool slips(const Reaction& r, double speed) {
 void report_reactions(const Instant& s, const std::vector<Reaction>& reactions, const Vector& before,
                       const Vector& after, double speed, StepReport& report) {
   const Vector mean = 0.5 * (before + after);
-  std::size_t next = 0, next_joint = 0;
+  std::size_t next_joint = 0;
   for (const Reaction& r : reactions) {
     if (r.of == Reaction::Of::JointFriction) {
       const JointRowInstant& joint = s.joint_frictions[at(r.source)];
@@ -147,10 +173,11 @@ void report_reactions(const Instant& s, const std::vector<Reaction>& reactions, 
     const Vector3 u = c->velocity(mean);
     report.energy_impact += r.p.x() * u.x();
     report.energy_friction += r.p.tail<2>().dot(u.tail<2>());
-    while (next < report.contacts.size() && report.contacts[next].point != r.source) ++next;
-    if (next == report.contacts.size())
-      report.contacts.push_back({.contact = c->contact, .point = r.source, .p_n = 0});
-    ContactRow& row = report.contacts[next];
+    auto place = std::lower_bound(report.contacts.begin(), report.contacts.end(), r.source,
+                                  [](const ContactRow& row, int point) { return row.point < point; });
+    if (place == report.contacts.end() || place->point != r.source)
+      place = report.contacts.insert(place, {.contact = c->contact, .point = r.source, .p_n = 0});
+    ContactRow& row = *place;
     row.p_n += r.p.x();
     row.normal = c->frame.col(0);
     row.position = c->position;

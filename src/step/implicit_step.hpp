@@ -19,10 +19,23 @@ struct LastImpulses {
   void prepare(const Model& model, const Instant& s, const State& x);
 };
 
-/// Reactions of the contacts `active` (in s.contacts) and of all joints, with their W and frames at s, p from `last` in proportion to
-/// h. Joint friction is bounded by c_max h.
-void make_reactions(const Model& model, const Instant& s, std::span<const int> active,
-                    const LastImpulses& last, double h, std::vector<Reaction>& out);
+/// The reactions of a step: of the contacts that may close in it, and of all joints. Joint friction is bounded by c_max h_p.
+class StepReactions {
+ public:
+  /// Contacts that close within h at the velocity x.nu or `nu`, that of no reactions. First guesses: p from `last`, in
+  /// proportion to h_p, and nu moved by it; p of joint rows is zero, so that of redundant rows none grows from step to step.
+  void begin(const Model& model, const Instant& s, const State& x, double h, double h_p,
+             const LastImpulses& last, Vector& nu);
+  /// Adds the contacts that were left out and overlap at `end`, and keeps the others' p; false if there are none.
+  bool add_overlapping(const Instant& s, const Instant& end);
+
+  std::vector<Reaction> all;
+
+ private:
+  void add_contact(const ContactInstant& c, const Vector3& p);
+
+  std::vector<char> taken_;  // of the start's contacts
+};
 
 /// The contact of s that r is about: null for joints, and for a point that s does not have.
 const ContactInstant* contact_of(const Reaction& r, const Instant& s);

@@ -175,9 +175,8 @@ struct Ncp2Stepper::Workspace {
   NonsmoothNewton newton, second_newton;
   NewtonOutcome outcome, second;
   NewtonHistory history;
-  std::vector<int> active;
-  std::vector<char> is_active;
-  std::vector<Reaction> first, closed, posed;  // p_1; p_2; what the second stage's Newton sees of them
+  StepReactions first;                  // p_1
+  std::vector<Reaction> closed, posed;  // p_2; what the second stage's Newton sees of them
   std::vector<Slid> slid;
   std::vector<RelativeVelocity> velocities;
   Vector nu, kick, load, momentum;
@@ -203,7 +202,7 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
   closed.clear();
   velocities.clear();
   slid.clear();
-  for (const Reaction& r : first) {
+  for (const Reaction& r : first.all) {
     Reaction next = r;
     Vector3 b = Vector3::Zero();
     Slid how;
@@ -294,49 +293,21 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   };
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
 
-  // first stage: contacts that a free or an unchanged velocity would close, and a first guess of nu_½
+  // first stage
   w.last.prepare(model, s, x);
   solve_mass(model, s.k, w.nu);
   w.nu = x.nu + 0.5 * h * w.nu;
-  w.active.clear();
-  w.is_active.assign(s.contacts.size(), 0);
-  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
-    const ContactInstant& c = s.contacts[i];
-    const double rate = std::min(c.velocity(x.nu).x(), c.velocity(w.nu).x());
-    if (c.psi_n + h * rate > 0 && w.last.contact[at(c.point)].isZero(0)) continue;
-    w.active.push_back(static_cast<int>(i));
-    w.is_active[i] = 1;
-  }
-  make_reactions(model, s, w.active, w.last, 0.5 * h, w.first);
-  w.kick.setZero(model.nv());
-  for (const Reaction& r : w.first) r.W.add_impulse(r.p, w.kick);
-  solve_mass(model, w.kick, w.momentum);
-  w.nu += w.momentum;
+  w.first.begin(model, s, x, h, 0.5 * h, w.last, w.nu);
 
   FirstStage problem(model, s, x, request, w.end, w.scratch, w.geometry);
   const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
-  for (;;) {
-    w.newton.solve(model, problem, how, w.nu, w.first, w.outcome);
+  do {
+    w.newton.solve(model, problem, how, w.nu, w.first.all, w.outcome);
     report.iterations += w.outcome.iterations;
     report.solver = w.outcome.solver;
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
     if (!w.outcome.converged) return inexact("first", w.outcome.residuals);
-    bool complete = true;  // unless a contact that was left out overlaps
-    for (std::size_t i = 0; i < s.contacts.size(); ++i) {
-      const int now = w.end.contact_of_point[at(s.contacts[i].point)];
-      if (w.is_active[i] != 0 || now < 0 || !(w.end.contacts[at(now)].psi_n < 0)) continue;
-      complete = false;
-      w.is_active[i] = 1;
-      w.active.push_back(static_cast<int>(i));
-    }
-    if (complete) break;
-    std::sort(w.active.begin(), w.active.end());
-    const std::vector<Reaction> before = w.first;
-    make_reactions(model, s, w.active, w.last, 0.5 * h, w.first);
-    for (Reaction& r : w.first)
-      for (const Reaction& old : before)
-        if (old.of == r.of && old.source == r.source) r.p = old.p;
-  }
+  } while (w.first.add_overlapping(s, w.end));
   w.history.residuals = w.outcome.history;
   w.moved = problem.moved();
   const Vector half = w.moved.nu;
@@ -361,11 +332,11 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
                       .normal = std::max(e.normal, e2.normal),
                       .friction = std::max(e.tangential, e2.tangential)};
   evaluate(model, w.moved, w.end, &s);
-  report_reactions(s, w.first, x.nu, half, speed, report);
+  report_reactions(s, w.first.all, x.nu, half, speed, report);
   report_reactions(w.end, w.closed, half, w.nu, speed, report);
   report_end(model, w.end, w.moved, report);
   report.status = StepStatus::Solved;
-  keep_impulses(model, w.first, report, w.moved, w.last);
+  keep_impulses(model, w.first.all, report, w.moved, w.last);
   for (std::size_t i = 0; i < w.last.row.size(); ++i) w.last.row[i] *= 2;
   for (double& p : w.last.friction) p *= 2;
   x = w.moved;

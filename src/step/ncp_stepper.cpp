@@ -155,9 +155,8 @@ struct NcpStepper::Workspace {
   NonsmoothNewton newton;
   NewtonOutcome outcome, rebound;
   NewtonHistory history;
-  std::vector<int> active;
-  std::vector<char> is_active;  // by contact of the start
-  std::vector<Reaction> reactions, closed;
+  StepReactions step;
+  std::vector<Reaction> closed;  // what restitution finds
   std::vector<RelativeVelocity> velocities;
   Vector nu, momentum;
 };
@@ -180,48 +179,18 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   };
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
 
-  // contacts that a free or an unchanged velocity would close, and a first guess of nu+
   w.last.prepare(model, s, x);
   solve_mass(model, s.k, w.nu);
   w.nu = x.nu + h * w.nu;
-  w.active.clear();
-  w.is_active.assign(s.contacts.size(), 0);
-  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
-    const ContactInstant& c = s.contacts[i];
-    const double rate = std::min(c.velocity(x.nu).x(), c.velocity(w.nu).x());
-    if (c.psi_n + h * rate > 0 && w.last.contact[at(c.point)].isZero(0)) continue;
-    w.active.push_back(static_cast<int>(i));
-    w.is_active[i] = 1;
-  }
-  make_reactions(model, s, w.active, w.last, h, w.reactions);
-  Vector kick = Vector::Zero(model.nv());
-  for (const Reaction& r : w.reactions) r.W.add_impulse(r.p, kick);
-  solve_mass(model, kick, w.momentum);
-  w.nu += w.momentum;
+  w.step.begin(model, s, x, h, h, w.last, w.nu);
 
   EndOfStep problem(model, s, x, request, options_.directions, w.end, w.geometry);
   const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
-  for (bool complete = false; !complete;) {
-    w.newton.solve(model, problem, how, w.nu, w.reactions, w.outcome);
+  do {
+    w.newton.solve(model, problem, how, w.nu, w.step.all, w.outcome);
     report.iterations += w.outcome.iterations;
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
-    if (!w.outcome.converged) break;
-    complete = true;  // unless a contact that was left out overlaps
-    for (std::size_t i = 0; i < s.contacts.size(); ++i) {
-      const int now = w.end.contact_of_point[at(s.contacts[i].point)];
-      if (w.is_active[i] != 0 || now < 0 || !(w.end.contacts[at(now)].psi_n < 0)) continue;
-      complete = false;
-      w.is_active[i] = 1;
-      w.active.push_back(static_cast<int>(i));
-    }
-    if (complete) break;
-    std::sort(w.active.begin(), w.active.end());
-    const std::vector<Reaction> before = w.reactions;
-    make_reactions(model, s, w.active, w.last, h, w.reactions);
-    for (Reaction& r : w.reactions)
-      for (const Reaction& old : before)
-        if (old.of == r.of && old.source == r.source) r.p = old.p;
-  }
+  } while (w.outcome.converged && w.step.add_overlapping(s, w.end));
   w.history.residuals = w.outcome.history;
   report.solver = w.outcome.solver;
   const State& moved = problem.moved();
@@ -238,11 +207,11 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
                     " of the speed " + shortest(e.speed) + " m/s");
 
   // restitution at velocity level, over the contacts that closed
-  const std::vector<Reaction>* final = &w.reactions;
+  const std::vector<Reaction>* final = &w.step.all;
   bool bounces = false;
   w.closed.clear();
   w.velocities.clear();
-  for (const Reaction& r : w.reactions) {
+  for (const Reaction& r : w.step.all) {
     const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
     if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0))) continue;
     w.closed.push_back(r);
