@@ -118,6 +118,8 @@ FrictionMethod friction_method(const std::string& solver) {
 Answer solve_friction_file(const std::string& file, const SolveRequest& request) {
   need_solver(request, "friction",
               {"chain", "newton", "interior-point", "proximal", "gauss-seidel", "ipopt"});
+  if (request.solver == "ipopt" && !has_ipopt())
+    refuse("perp solve", "--solver", request.solver, "this perp was built without Ipopt");
   const FrictionProblem problem = read_friction_problem(file);
   const Stopwatch watch;
   const FrictionSolution solution =

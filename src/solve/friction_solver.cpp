@@ -98,7 +98,13 @@ class Chain {
   template <class Method>
   void attempt(FrictionStage name, Method&& method, Iterate point) {
     const double before = best.error;
+    const int most = budget_.most;
+    if (options_.stage_iterations > 0 && name != FrictionStage::Ipopt) {
+      const int own = budget_.iterations + options_.stage_iterations;
+      budget_.most = most > 0 ? std::min(most, own) : own;
+    }
     method(point);
+    budget_.most = most;
     if (!(point.error < before)) return;
     best = std::move(point);
     stage = name;

@@ -13,9 +13,9 @@ void solve_by_ipopt(const ContactSystem&, double, Budget&, Iterate&) {}
 
 #define HAVE_CSTDDEF  // asked for by the headers of Ipopt 3.11
 #include <cmath>
-#include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
-#include <mutex>
+
+#include "ipopt_run.hpp"
 
 namespace perp {
 namespace {
@@ -36,7 +36,7 @@ class ContactProgram final : public Ipopt::TNLP {
         budget_(budget),
         W_(system.W->dense()),
         n_(system.n),
-        best_(7 * n_ + 1) {
+        best_(Vector::Constant(7 * n_ + 1, not_set)) {
     for (Index i = 0; i < 3 * n_; ++i)
       for (Index j = 0; j < 3 * n_; ++j)
         if (W_(i, j) != 0) W_row_.push_back(i), W_col_.push_back(j);
@@ -260,29 +260,13 @@ class ContactProgram final : public Ipopt::TNLP {
 bool has_ipopt() { return true; }
 
 void solve_by_ipopt(const ContactSystem& system, double start, Budget& budget, Iterate& best) {
-  static std::mutex one_at_a_time;  // MUMPS keeps global state
-  const std::lock_guard lock(one_at_a_time);
-  try {
-    Ipopt::SmartPtr<ContactProgram> program = new ContactProgram(system, start, budget);
-    Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-    auto& options = *application->Options();
-    options.SetIntegerValue("print_level", 0);
-    options.SetStringValue("sb", "yes");
-    options.SetStringValue("linear_solver", "mumps");
-    options.SetIntegerValue("max_iter", 500);
-    options.SetNumericValue("tol", 1e-10);
-    options.SetNumericValue("bound_relax_factor", 0.0);
-    options.SetStringValue("fixed_variable_treatment", "make_parameter");
-    if (application->Initialize("") != Ipopt::Solve_Succeeded) return;
-    application->OptimizeTNLP(program);
-    Iterate point;
-    point.r = Eigen::Map<const Columns3>(program->best().data(), 3, system.n);
-    if (!point.r.allFinite()) return;
-    evaluate(system, point);
-    if (point.error < best.error) best = std::move(point);
-  } catch (...) {
-    // whatever Ipopt met, the chain goes on from the best point there was
-  }
+  const Ipopt::SmartPtr<ContactProgram> program = new ContactProgram(system, start, budget);
+  run_ipopt(GetRawPtr(program), true);
+  Iterate point;
+  point.r = Eigen::Map<const Columns3>(program->best().data(), 3, system.n);
+  if (!point.r.allFinite()) return;
+  evaluate(system, point);
+  if (point.error < best.error) best = std::move(point);
 }
 
 }  // namespace perp

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <Eigen/LU>
 
+#include "ncp_by_ipopt.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
@@ -33,6 +34,19 @@ Map fischer_burmeister(const Vector& z, const Vector& w) {
   return map;
 }
 
+/// The k-th other start: around z0 and at growing sizes, from a fixed linear congruence.
+Vector other_start(const Vector& z0, int k) {
+  const double size = std::max(1.0, z0.cwiseAbs().maxCoeff()) * std::array{0.1, 1.0, 3.0, 10.0, 100.0}[k % 5];
+  std::uint64_t state = 0x2545f4914f6cdd1du * static_cast<std::uint64_t>(k + 1);
+  Vector z(z0.size());
+  for (Eigen::Index i = 0; i < z.size(); ++i) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    const double unit = static_cast<double>(state >> 11) * 0x1p-53;
+    z(i) = k < 5 ? size : size * unit;  // the first ones are constant vectors
+  }
+  return z;
+}
+
 class NcpSolver {
  public:
   NcpSolver(const NcpFunction& F, const NcpJacobian& J, const NcpOptions& options)
@@ -40,8 +54,8 @@ class NcpSolver {
 
   NcpSolution best;
 
-  void run(Map (*complementarity)(const Vector&, const Vector&), const Vector& start,
-           std::string_view stage) {
+  void run(Map (*complementarity)(const Vector&, const Vector&), const Vector& start, std::string_view stage,
+           int most) {
     constexpr int most_halvings = 30;
     constexpr double sufficient = 1e-4;  // Armijo's fraction
     Vector z = start, w = F_(z);
@@ -50,7 +64,7 @@ class NcpSolver {
     Map map = complementarity(z, w);
     std::array<double, 8> merits;  // of the last steps: the search is nonmonotone
     merits.fill(map.value.squaredNorm());
-    for (int k = 0; k < options_.max_iterations && !done(); ++k) {
+    for (int k = 0; k < most && !done(); ++k) {
       ++best.iterations;
       const Matrix jacobian = J_(z);
       if (!jacobian.allFinite()) return;
@@ -86,6 +100,17 @@ class NcpSolver {
     }
   }
 
+  /// Ipopt from z0 and, if need be, from other starts, each answer polished by Newton's method.
+  void ipopt_stage(const Vector& z0) {
+    constexpr int starts = 4, polish = 30;  // the polish's iterations
+    for (int k = 0; k < starts && !done(); ++k) {
+      const Vector z = ncp_by_ipopt(F_, J_, k == 0 ? z0 : other_start(z0, k - 1), best.iterations);
+      if (!z.allFinite()) continue;
+      run(min_map, z, "ipopt", polish);
+      if (!done()) run(fischer_burmeister, z, "ipopt", polish);
+    }
+  }
+
   bool done() const { return best.residual <= options_.tolerance; }
 
  private:
@@ -102,19 +127,6 @@ class NcpSolver {
   const NcpJacobian& J_;
   const NcpOptions& options_;
 };
-
-/// The k-th other start: around z0 and at growing sizes, from a fixed linear congruence.
-Vector other_start(const Vector& z0, int k) {
-  const double size = std::max(1.0, z0.cwiseAbs().maxCoeff()) * std::array{0.1, 1.0, 3.0, 10.0, 100.0}[k % 5];
-  std::uint64_t state = 0x2545f4914f6cdd1du * static_cast<std::uint64_t>(k + 1);
-  Vector z(z0.size());
-  for (Eigen::Index i = 0; i < z.size(); ++i) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    const double unit = static_cast<double>(state >> 11) * 0x1p-53;
-    z(i) = k < 5 ? size : size * unit;  // the first ones are constant vectors
-  }
-  return z;
-}
 
 }  // namespace
 
@@ -134,13 +146,15 @@ NcpSolution solve_ncp(const NcpFunction& F, const NcpJacobian& J, const Vector& 
   if (n == 0) {
     solver.best.residual = 0;
   } else {
-    solver.run(min_map, z0, "min-map");
-    if (!solver.done()) solver.run(fischer_burmeister, z0, "fischer-burmeister");
+    const int most = options.max_iterations;
+    solver.run(min_map, z0, "min-map", most);
+    if (!solver.done()) solver.run(fischer_burmeister, z0, "fischer-burmeister", most);
     for (int k = 0; k < options.restarts && !solver.done(); ++k) {
       const Vector start = other_start(z0, k);
-      solver.run(fischer_burmeister, start, "restart");
-      if (!solver.done()) solver.run(min_map, start, "restart");
+      solver.run(fischer_burmeister, start, "restart", most);
+      if (!solver.done()) solver.run(min_map, start, "restart", most);
     }
+    if (options.use_ipopt) solver.ipopt_stage(z0);
   }
   if (solver.done()) solver.best.status = NcpStatus::Solved;
   if (solver.best.z.size() != n) solver.best.z = z0, solver.best.w = w0;

@@ -152,6 +152,17 @@ TEST_CASE("each stage alone answers and is named", "[friction]") {
   CHECK(s.stage == stage);
 }
 
+TEST_CASE("where the stages before are held short Ipopt alone answers, and is named", "[friction]") {
+  if (!has_ipopt()) return;
+  const FrictionProblem problem = cube_on_plane({3, 4, -10}, 0.2);
+  FrictionOptions held{.stage_iterations = 1, .use_ipopt = false};
+  REQUIRE_FALSE(solve_friction(problem, held).solved());
+  held.use_ipopt = true;
+  const FrictionSolution s = solve_friction(problem, held);
+  REQUIRE(s.solved());
+  CHECK(s.stage == FrictionStage::Ipopt);
+}
+
 TEST_CASE("a limit on iterations is kept and the best point told as such", "[friction]") {
   const FrictionProblem problem = random_friction_problem(1234);
   const FrictionSolution s = solve_friction(problem, {.max_iterations = 1});

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <Eigen/Dense>
 
+#include "perp/solve/friction_solver.hpp"
+
 using namespace perp;
 
 namespace {
@@ -79,6 +81,27 @@ TEST_CASE("Billups's trap at zero is left by a restart", "[ncp]") {
   const NcpSolution s = solve_ncp(F, differences(F), Vector::Zero(1));
   check_solution(F, s);
   CHECK(s.z(0) == Approx(1 + std::sqrt(1.01)).epsilon(1e-10));
+}
+
+TEST_CASE("Billups's trap is left by Ipopt alone where there are no restarts", "[ncp]") {
+  const NcpFunction F = [](const Vector& z) -> Vector {
+    return Vector::Constant(1, (z(0) - 1) * (z(0) - 1) - 1.01);
+  };
+  CHECK_FALSE(solve_ncp(F, differences(F), Vector::Zero(1), {.restarts = 0, .use_ipopt = false}).solved());
+  if (!has_ipopt()) return;
+  const NcpSolution s = solve_ncp(F, differences(F), Vector::Zero(1), {.restarts = 0});
+  check_solution(F, s);
+  CHECK(s.stage == "ipopt");
+}
+
+TEST_CASE("Ipopt alone solves the classic problems from where Newton is not let run", "[ncp]") {
+  if (!has_ipopt()) return;
+  const NcpFunction F =
+      GENERATE(NcpFunction(kojima(10, 9, 9, 3)), NcpFunction(kojima(3, 3, 1, 3)), NcpFunction(mathiesen));
+  const NcpOptions limited{.max_iterations = 1, .restarts = 0};
+  const NcpSolution s = solve_ncp(F, differences(F), Vector::Constant(4, 10), limited);
+  check_solution(F, s);
+  CHECK(s.stage == "ipopt");
 }
 
 TEST_CASE("a problem without a solution ends with the best point found, told as such", "[ncp]") {

@@ -38,6 +38,7 @@ struct FrictionOptions {
   Reactions reactions = Reactions::Any;
   Vector start{};                ///< (m) reactions to start from, such as the last step's; empty: zero
   int max_iterations = 0;        ///< over all stages; 0: each stage's own limit
+  int stage_iterations = 0;      ///< of each stage but ipopt; 0: its own limit
   double time_limit = infinity;  ///< [s]; what is found by then depends on the machine's speed
   bool use_ipopt = true;         ///< in the chain, if the library has it
 };
