@@ -236,7 +236,7 @@ void differentiate(const Model& model, const Instant& instant, const JointRowIns
   out.velocity = d.in_coordinates(du);
   out.velocity_t[0] = d.prescribed(0, instant.t, du);
   if (row.prescribed)
-    out.velocity_t[0] -= model.joint({row.joint}).motions[at(row.coordinate)]->acceleration(instant.t);
+    out.velocity_t[0] -= model.joint({row.joint}).motions[at(row.coordinate)]->acceleration_at(instant.t);
 }
 
 Vector3 acceleration_bias(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,

@@ -7,6 +7,11 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+/// Smallest Cholesky pivot of N, relative to its row, that is taken as full rank [-]; below it the rank is found.
+constexpr double full_rank = 1e-6;
+/// Singular values of N, its diagonal scaled to 1, below this count as zero [-]: those of W_b below its root, 3e-7.
+constexpr double dependent = 1e-13;
+
 /// Y = M^-1 W, block by block.
 template <int C>
 void solve_mass(const Model& model, const WrenchMap<C>& W, WrenchMap<C>& Y) {
@@ -91,6 +96,7 @@ void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant,
   N_.resize(equations, equations);
   C_.resize(equations, rows);
   p0_.resize(equations);
+  rank_ = 0;
   if (equations == 0) return;
 
   joint_Y_.resize(at(equations));
@@ -110,13 +116,18 @@ void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant,
   llt_.compute(N_);
   const auto pivots = llt_.matrixLLT().diagonal();
   NC_ = C_;
-  if (llt_.info() == Eigen::Success && (pivots.array() > 1e-7 * N_.diagonal().array().sqrt()).all()) {
+  rank_ = equations;
+  if (llt_.info() == Eigen::Success && (pivots.array() > full_rank * N_.diagonal().array().sqrt()).all()) {
     if (rows > 0) llt_.solveInPlace(NC_);
     llt_.solveInPlace(p0_);
   } else {
-    const Eigen::CompleteOrthogonalDecomposition<Matrix> qr(N_);
-    if (rows > 0) NC_ = qr.solve(C_);
-    p0_ = Vector(qr.solve(p0_));
+    const Vector scale = N_.diagonal().cwiseSqrt().cwiseInverse();  // so that rows in m and in rad compare
+    Eigen::CompleteOrthogonalDecomposition<Matrix> qr(N_.rows(), N_.cols());
+    qr.setThreshold(dependent);
+    qr.compute(scale.asDiagonal() * N_ * scale.asDiagonal());
+    if (rows > 0) NC_ = scale.asDiagonal() * qr.solve(scale.asDiagonal() * C_);
+    p0_ = scale.asDiagonal() * Vector(qr.solve(scale.asDiagonal() * p0_));
+    rank_ = static_cast<int>(qr.rank());
   }
   W.noalias() -= C_.transpose() * NC_;
   q.noalias() += C_.transpose() * p0_;

@@ -60,12 +60,23 @@ void add_contacts(CsvFile& file, const Model& model, const StepReport& report) {
   }
 }
 
+void add_joints(CsvFile& file, const StepReport& report) {
+  for (std::size_t i = 0; i < report.joints.size(); ++i) {
+    const JointImpulse& joint = report.joints[i];
+    file.cell(report.t).cell((*report.joint_names)[i]).cell(joint.value).cell(joint.rate);
+    for (const double p : joint.impulse) file.cell(p / report.h);
+    for (const double p : joint.moment) file.cell(p / report.h);
+    file.cell(joint.friction / report.h).cell(name_of(joint.mode)).end_row();
+  }
+}
+
 void add_figures(CsvFile& file, const StepFigures& step) {
   const Residuals& r = step.residuals;
   file.cell(step.t).cell(step.h).cell(name_of(step.status)).cell(step.advanced() ? 1 : 0);
   file.cell(step.solver).cell(step.iterations);
-  for (const double value : {r.newton_euler, r.kinematic, r.joints, r.normal, r.friction, step.gap_min,
-                             step.joint_error, step.energy, step.energy_friction, step.energy_impact}) {
+  for (const double value :
+       {r.newton_euler, r.kinematic, r.joints, r.normal, r.friction, step.gap_min, step.joint_error,
+        step.energy, step.energy_friction, step.energy_impact, step.projection}) {
     file.cell(value);
   }
   file.end_row();
@@ -79,21 +90,26 @@ void write_run(const std::filesystem::path& folder, const Model& model, const Tr
   CsvFile trajectory(folder / "trajectory.csv", trajectory_header(model));
   CsvFile contacts(folder / "contacts.csv", {"t", "contact", "a", "b", "gap", "nx", "ny", "nz", "pn", "px",
                                              "py", "pz", "fx", "fy", "fz", "mode"});
+  CsvFile joints(folder / "joints.csv", {"t", "joint", "coordinate", "rate", "fx", "fy", "fz", "mx", "my",
+                                         "mz", "friction", "mode"});
   CsvFile report(folder / "report.csv",
                  {"t", "h", "status", "advanced", "solver", "iterations", "res_newton_euler", "res_kinematic",
                   "res_joints", "res_normal", "res_friction", "gap_min", "joint_error", "energy",
-                  "energy_friction", "energy_impact"});
+                  "energy_friction", "energy_impact", "projection"});
   if (run.size() > 0) add_state(trajectory, model, run.front());
   for (std::size_t step = 0; step < run.steps(); ++step) {
     const std::size_t taken = step + 1;
     if (taken % static_cast<std::size_t>(options.every) != 0 && taken != run.steps()) continue;
     add_state(trajectory, model, run.state(taken));
-    add_contacts(contacts, model, run.report(step));
+    const StepReport taken_step = run.report(step);
+    add_contacts(contacts, model, taken_step);
+    add_joints(joints, taken_step);
     add_figures(report, run.figures(step));
   }
   if (options.failed != nullptr) add_figures(report, *options.failed);
   trajectory.finish();
   contacts.finish();
+  joints.finish();
   report.finish();
 }
 

@@ -7,6 +7,7 @@
 
 #include "io/names.hpp"
 #include "io/scene_gaps.hpp"
+#include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
 #include "io/scene_table.hpp"
 #include "io/scene_words.hpp"
@@ -23,8 +24,8 @@ class SceneReader {
 
   Scene read(const TomlValue& toml) {
     const SceneTable root(toml, source_);
-    root.allow(
-        {"name", "what", "gravity", "t_end", "parameters", "body", "joint", "spring", "contact", "force"});
+    root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
+                "joint_spring", "spring", "contact", "force"});
     if (root.has("parameters")) parameters(root.table("parameters"));
     for (const auto& [name, value] : set_) need_parameter(name);
     scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
@@ -37,7 +38,10 @@ class SceneReader {
     source_.bodies = {model().body(ground).name};
     source_.body_of = {{source_.bodies[0], 0}};
     for (const SceneTable& table : root.tables("body")) body(table);
-    for (const SceneTable& table : root.tables("joint")) joint(table);
+    for (const SceneTable& table : root.tables("joint")) read_joint(table, model());
+    for (const SceneTable& table : root.tables("limit")) read_limit(table, model());
+    for (const SceneTable& table : root.tables("motor")) read_motor(table, model());
+    for (const SceneTable& table : root.tables("joint_spring")) read_joint_spring(table, model());
     for (const SceneTable& table : root.tables("spring")) spring(table);
     for (const SceneTable& table : root.tables("contact")) contact(table);
     for (const SceneTable& table : root.tables("force")) read_force(table, model());
@@ -253,21 +257,6 @@ class SceneReader {
         table.refuse("angular_velocity_body", "a second angular velocity", "needs one of the two");
       x.nu.segment<3>(body.v0 + 3) = table.vector("angular_velocity_body", Dimension::Rate);
     }
-  }
-
-  void joint(const SceneTable& table) {
-    table.allow({"name", "kind", "a", "b", "point", "axis", "friction"});
-    Joint joint;
-    joint.kind =
-        scene_words::joint_kinds[table.word("kind", scene_words::names(scene_words::joint_kinds))].second;
-    joint.a = table.body("a");
-    joint.b = table.body("b");
-    joint.options.name = table.name();
-    joint.options.point = table.vector("point", Dimension::Length, joint.options.point);
-    joint.options.axis = table.vector("axis", Dimension::None, joint.options.axis);
-    const bool slides = joint.kind == JointKind::Prismatic;
-    joint.options.friction = table.number("friction", slides ? Dimension::Force : Dimension::Moment, 0);
-    table.placed([&] { return model().add_joint(joint); });
   }
 
   void spring(const SceneTable& table) {

@@ -15,9 +15,16 @@ inline constexpr std::array body_kinds{
     std::pair{"spatial", BodyKind::Spatial}, std::pair{"planar", BodyKind::Planar},
     std::pair{"particle", BodyKind::Particle}, std::pair{"prescribed", BodyKind::Prescribed}};
 
-inline constexpr std::array joint_kinds{
-    std::pair{"fixed", JointKind::Fixed}, std::pair{"ball", JointKind::Ball},
-    std::pair{"revolute", JointKind::Revolute}, std::pair{"prismatic", JointKind::Prismatic}};
+inline constexpr std::array joint_kinds{std::pair{"fixed", JointKind::Fixed},
+                                        std::pair{"ball", JointKind::Ball},
+                                        std::pair{"revolute", JointKind::Revolute},
+                                        std::pair{"prismatic", JointKind::Prismatic},
+                                        std::pair{"cylindrical", JointKind::Cylindrical},
+                                        std::pair{"universal", JointKind::Universal},
+                                        std::pair{"planar", JointKind::Planar},
+                                        std::pair{"screw", JointKind::Screw},
+                                        std::pair{"rod", JointKind::Rod},
+                                        std::pair{"gear", JointKind::Gear}};
 
 template <class Words>
 std::vector<std::string> names(const Words& words) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "io/scene_gaps.hpp"
+#include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
 #include "io/scene_text.hpp"
 #include "io/scene_words.hpp"
@@ -35,7 +36,7 @@ class SceneWriter {
     line("t_end", shortest(scene_.t_end));
     line("gravity", written(model_.gravity()));
     for (int i = 1; i < static_cast<int>(model_.bodies().size()); ++i) body({i});
-    for (std::size_t i = 0; i < model_.joints().size(); ++i) joint(model_.joints()[i], i);
+    out_ += write_joints(model_, [&](const std::string& what) { cannot_say(scene_, what); });
     for (const Spring& s : model_.springs()) spring(s);
     for (std::size_t i = 0; i < model_.contacts().size(); ++i) contact(model_.contacts()[i], i);
     for (const BodyForce& force : model_.forces()) {
@@ -132,18 +133,6 @@ class SceneWriter {
     line("b", in_quotes(model_.body(b).name));
   }
 
-  void joint(const JointGeometry& joint, std::size_t i) {
-    const char* kind = scene_words::name_of(scene_words::joint_kinds, joint.kind);
-    if (kind == nullptr) cannot_say(scene_, "joint '" + joint.name + "'");
-    out_ += "\n[[joint]]\n";
-    if (joint.name != "joint " + std::to_string(i + 1)) line("name", in_quotes(joint.name));
-    line("kind", in_quotes(kind));
-    connects(joint.a, joint.b);
-    line("point", joint.asked.point);
-    line("axis", joint.asked.axis);
-    if (joint.friction > 0) line("friction", joint.friction);
-  }
-
   void spring(const Spring& spring) {
     out_ += "\n[[spring]]\n";
     connects(spring.a, spring.b);
@@ -155,6 +144,7 @@ class SceneWriter {
   }
 
   void contact(const Contact& contact, std::size_t i) {
+    if (contact.stop.joint >= 0) return;  // said by its joint's limit
     if (!contact.gap.recipe().known()) cannot_say(scene_, "gap of contact '" + contact.name + "'");
     out_ += "\n[[contact]]\n";
     if (contact.name != "contact " + std::to_string(i + 1)) line("name", in_quotes(contact.name));

@@ -131,6 +131,12 @@ TurnValue value(const JointTurn& turn, const Quaternion& of_axis, const Quaterni
 
 }  // namespace
 
+double JointMotion::acceleration_at(double t) const {
+  if (acceleration) return acceleration(t);
+  const double h = 1e-3;  // [s]: truncation h^4 and rounding eps/h of smooth motions both below 1e-12
+  return (8 * (rate(t + h) - rate(t - h)) - (rate(t + 2 * h) - rate(t - 2 * h))) / (12 * h);
+}
+
 JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X_WB, bool planar) {
   const JointOptions& options = joint.options;
   const std::string where = "joint '" + options.name + "'";

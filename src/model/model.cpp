@@ -27,9 +27,17 @@ void need_index(std::string_view where, std::string_view argument, int index, st
     refuse(where, argument, index, "is not of this model");
 }
 
+using Names = std::vector<std::string>;
+
+/// A list that a report or a copy of the model may be reading: that one stays as it is.
+void add_name(std::shared_ptr<Names>& names, std::string name) {
+  if (names.use_count() > 1) names = std::make_shared<Names>(*names);
+  names->push_back(std::move(name));
+}
+
 }  // namespace
 
-Model::Model() : point_names_(std::make_shared<std::vector<std::string>>()) {
+Model::Model() : point_names_(std::make_shared<Names>()), joint_names_(std::make_shared<Names>()) {
   bodies_.push_back({.name = "ground"});
   revision_ = next_revision();
 }
@@ -123,11 +131,8 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options
 
 void Model::add(Contact contact) {
   points_ += contact.gap.points();
-  if (point_names_.use_count() > 1)  // a report or a copy of this model reads the old list
-    point_names_ = std::make_shared<std::vector<std::string>>(*point_names_);
   for (int i = 0; i < contact.gap.points(); ++i)
-    point_names_->push_back(contact.gap.points() == 1 ? contact.name
-                                                      : contact.name + "." + std::to_string(i));
+    add_name(point_names_, contact.gap.points() == 1 ? contact.name : contact.name + "." + std::to_string(i));
   contacts_.push_back(std::move(contact));
   changed();
 }
@@ -161,6 +166,10 @@ JointId Model::add_joint(const Joint& joint) {
   };
   for (JointRow& row : g.rows) give_windings(row);
   for (JointCoordinate& c : g.coordinates) give_windings(c.row);
+  if (g.coordinates.size() < 2)
+    add_name(joint_names_, g.name);
+  else
+    for (const JointCoordinate& c : g.coordinates) add_name(joint_names_, g.name + "." + std::string(c.name));
   joints_.push_back(std::move(g));
   changed();
   return {static_cast<int>(joints_.size()) - 1};
@@ -206,9 +215,8 @@ void Model::add_limit(JointId id, const JointLimit& limit) {
 
 void Model::add_motion(JointId id, JointMotion motion, int coordinate) {
   need_coordinate("add_motion", id, coordinate);
-  if (!motion.position || !motion.rate || !motion.acceleration)
-    refuse("add_motion", "motion", "without position, rate or acceleration",
-           "needs all as functions of time");
+  if (!motion.position || !motion.rate)
+    refuse("add_motion", "motion", "without position or rate", "needs both as functions of time");
   JointGeometry& j = joints_[static_cast<std::size_t>(id.index)];
   if (j.friction > 0)
     refuse("add_motion", "joint", j.name, "has friction, which a prescribed motion leaves nothing to decide");

@@ -7,6 +7,7 @@
 #include "perp/instant/friction_polygon.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/step/polygonal_lcp.hpp"
+#include "step/joint_projection.hpp"
 #include "step/mixed_form.hpp"
 #include "step/step_record.hpp"
 
@@ -42,6 +43,9 @@ struct LcpStepper::Workspace {
   std::vector<IslandProblem> problems;  // one an island, in their order
   Answer answer, rebound;               // without and with restitution
   State moved;
+  JointProjection projection;
+  Vector q_free;      // before it
+  Vector first_bias;  // joint_bias of (28)
 
   void assemble(const Model& model, const Instant& s, std::size_t i, double h, bool scaled);
 };
@@ -187,6 +191,51 @@ bool LcpStepper::set_rebound(const State& x, const Instant& s) {
   return bounces;
 }
 
+/// The step's answer and where it leads. Joints on their positions: (28) with what psi_b(q ⊕ h nu+, t+) was left over added to its
+/// psi_b/h, again and again, is a Newton method for psi_b(q+, t+) = 0 with W_b kept; each round gains a factor of about h |nu|.
+/// Where it gains less (a linkage passes its change point), what it adds is no motion: the first answer stands, and its position is
+/// moved onto the joints afterwards.
+bool LcpStepper::solve_positions(const Model& model, const State& x, const Instant& s,
+                                 const StepRequest& request, StepReport& report) {
+  constexpr int most_rounds = 8;
+  constexpr double least_gain = 0.3;  // of the error in a round that counts
+  Workspace& w = *work_;
+  const auto fail = [&](StepStatus status, const std::string& why) {
+    report.status = status;
+    report.message = why;
+    return false;
+  };
+  const double rounding = s.joint_rows.empty() ? 0 : joint_rounding(model, s);
+  double error = infinity;
+  bool first_again = false;
+  for (int round = 0;; ++round) {
+    do {
+      if (!solve(model, s, request, w.answer, report)) return fail(StepStatus::NotSolved, report.message);
+    } while (add_overlapping(s, request.h, w.answer));
+    w.moved.t = request.t_end;
+    w.moved.q = x.q;
+    w.moved.winding = x.winding;
+    move(model, w.answer.nu, request.h, w.moved.q);
+    w.moved.nu = w.answer.nu;
+    if (!w.moved.q.allFinite()) return fail(StepStatus::NotFinite, "the step's velocities are not finite");
+    evaluate(model, w.moved, w.end);
+    if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
+
+    const double before = error;
+    error = w.end.joint_error();
+    if (!options_.close_joints || error <= rounding || first_again || round == most_rounds) return true;
+    if (round == 0) w.first_bias = w.joint_bias;
+    if (round > 0 && !(error < least_gain * before)) {
+      if (before < 1e3 * rounding) return true;  // as near as rounding lets it
+      w.joint_bias = w.first_bias;
+      first_again = true;
+      continue;
+    }
+    for (std::size_t i = 0; i < w.end.joint_rows.size(); ++i)
+      w.joint_bias[static_cast<int>(i)] += w.end.joint_rows[i].psi_b / request.h;
+  }
+}
+
 void LcpStepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Workspace& w = *work_;
   const Instant& s = w.start.at(model, x);
@@ -197,9 +246,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
 
   begin(model, x, request, s);
-  do {
-    if (!solve(model, s, request, w.answer, report)) return fail(StepStatus::NotSolved, report.message);
-  } while (add_overlapping(s, request.h, w.answer));
+  if (!solve_positions(model, x, s, request, report)) return;
 
   Answer* final = &w.answer;
   if (set_rebound(x, s)) {
@@ -210,20 +257,23 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     w.rebound.friction_residual = std::max(w.rebound.friction_residual, w.answer.friction_residual);
   }
 
-  w.moved.t = request.t_end;
-  w.moved.q = x.q;
-  w.moved.winding = x.winding;
-  move(model, w.answer.nu, request.h, w.moved.q);
   w.moved.nu = final->nu;
-  if (!w.moved.q.allFinite() || !w.moved.nu.allFinite())
-    return fail(StepStatus::NotFinite, "the step's velocities are not finite");
-  evaluate(model, w.moved, w.end);
-  if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
-
+  if (!w.moved.nu.allFinite()) return fail(StepStatus::NotFinite, "the step's velocities are not finite");
+  const double joints_before = w.end.joint_error();
+  const bool loop = options_.close_joints && !s.joint_rows.empty();
+  w.q_free = w.moved.q;
+  if (loop) report.projection = w.projection.move_onto(model, w.moved, w.end);
   record(model, s, x, *final, w.answer.nu, w.joint_bias, w.active, w.end, w.moved, report);
-  const double residual =
-      std::max({report.residuals.normal, report.residuals.friction, report.residuals.joints / request.h});
-  if (!(residual <= options_.tolerance * final->speed_scale))
+  report.residuals.kinematic = kinematic_residual(model, x.q, w.answer.nu, request.h, w.q_free);
+  if (loop) report.residuals.joints = joints_before;
+
+  double allowed = options_.tolerance * final->speed_scale;
+  if (!s.joint_rows.empty()) allowed += joint_rounding(model, s) / request.h;
+  const std::string open = loop ? open_joints(model, w.end, request.h * allowed)
+                                : disagreeing_joints(model, s, final->nu, w.joint_bias, request.h, allowed);
+  if (!open.empty()) return fail(StepStatus::Inexact, "joints that do not fit together stay open: " + open);
+  const double residual = std::max(report.residuals.normal, report.residuals.friction);
+  if (!(residual <= allowed))
     return fail(StepStatus::Inexact, "residual " + shortest(residual) + " m/s is above " +
                                          shortest(options_.tolerance) + " of the speed " +
                                          shortest(final->speed_scale) + " m/s");

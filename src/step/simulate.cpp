@@ -33,6 +33,7 @@ Trajectory simulate(const Model& model, Stepper& stepper, const State& x0, const
   if (steps > 1e9) refuse("simulate", "h", options.h, "needs more than 1e9 steps to t_end");
 
   State x = x0;
+  model.follow_turns(x);
   StepReport report;
   if (options.project_initial) {
     const Projection projection = project_onto_constraints(model, x);

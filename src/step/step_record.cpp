@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "perp/core/errors.hpp"
+
 namespace perp {
 namespace {
 
@@ -26,7 +28,8 @@ double newton_euler_residual(const Model& model, const Instant& start, const Vec
   return worst;
 }
 
-/// How far q+ is from q ⊕ h nu.
+}  // namespace
+
 double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,
                           const Vector& q_end) {
   double worst = 0;
@@ -43,6 +46,74 @@ double kinematic_residual(const Model& model, const Vector& q, const Vector& nu,
     worst = std::max(worst, error.cwiseAbs().maxCoeff());
   }
   return worst;
+}
+
+namespace {
+
+/// "'left' by 0.1 m or rad, ...", the worst first, of rows that are open by more than `tolerance`.
+template <class Open>
+std::string named(const Model& model, const std::vector<JointRowInstant>& rows, Open open, double tolerance) {
+  std::vector<std::pair<double, int>> worst;  // of each joint
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double by = open(rows[i], static_cast<int>(i));
+    if (!(by > tolerance)) continue;
+    if (worst.empty() || worst.back().second != rows[i].joint) worst.emplace_back(0, rows[i].joint);
+    worst.back().first = std::max(worst.back().first, by);
+  }
+  std::stable_sort(worst.begin(), worst.end(),
+                   [](const auto& x, const auto& y) { return x.first > y.first; });
+  std::string names;
+  for (const auto& [by, joint] : worst)
+    names += (names.empty() ? "'" : ", '") + model.joint({joint}).name + "' by " + shortest(by) + " m or rad";
+  return names;
+}
+
+}  // namespace
+
+std::string disagreeing_joints(const Model& model, const Instant& start, const Vector& nu,
+                               const Vector& joint_bias, double h, double tolerance) {
+  const auto open = [&](const JointRowInstant& row, int i) {
+    return h * std::abs(row.W.velocity(nu)[0] + joint_bias[i]);
+  };
+  return named(model, start.joint_rows, open, h * tolerance);
+}
+
+std::string open_joints(const Model& model, const Instant& now, double tolerance) {
+  return named(
+      model, now.joint_rows, [](const JointRowInstant& row, int) { return std::abs(row.psi_b); }, tolerance);
+}
+
+namespace {
+
+/// What the joints' equations and friction gave, and where their coordinates are now.
+void record_joints(const Model& model, const Instant& start, const State& x, const Answer& answer,
+                   const Instant& end, StepReport& report) {
+  std::size_t row = 0, friction = 0;
+  for (int j = 0; j < static_cast<int>(model.joints().size()); ++j) {
+    JointImpulse joint{.joint = j};
+    for (; row < start.joint_rows.size() && start.joint_rows[row].joint == j; ++row) {
+      const double p = answer.reactions[static_cast<int>(row)];
+      joint.impulse += p * start.joint_rows[row].world.linear;
+      joint.moment += p * start.joint_rows[row].world.angular_b;
+    }
+    if (friction < start.joint_frictions.size() && start.joint_frictions[friction].joint == j) {
+      const JointRowInstant& along = start.joint_frictions[friction];
+      joint.friction = answer.joint_friction[static_cast<int>(friction++)];
+      const double rate = along.velocity(answer.nu);
+      report.energy_friction += joint.friction * 0.5 * (along.velocity(x.nu) + rate);
+      constexpr double rounding = 1e-10;  // of the speeds that enter the step: below it the joint is at rest
+      if (std::abs(rate) <= rounding * answer.speed_scale) joint.mode = ContactMode::Stick;
+    }
+    const int coordinates = static_cast<int>(model.joint({j}).coordinates.size());
+    for (int i = 0; i < coordinates; ++i) {
+      const JointRowInstant& now = end.coordinate({j}, i);
+      joint.coordinate = i;
+      joint.value = now.psi_b;
+      joint.rate = now.velocity(answer.nu);
+      report.joints.push_back(joint);
+    }
+    if (coordinates == 0) report.joints.push_back(joint);
+  }
 }
 
 }  // namespace
@@ -111,12 +182,7 @@ void record(const Model& model, const Instant& start, const State& x, const Answ
          .mode = p.x() > 0 ? (answer.slips[at(i)] != 0 ? ContactMode::Slip : ContactMode::Stick)
                            : ContactMode::Open});
   }
-  for (std::size_t i = 0; i < start.joint_frictions.size(); ++i) {
-    const JointRowInstant& joint = start.joint_frictions[i];
-    const double p = answer.joint_friction[static_cast<int>(i)];
-    report.energy_friction += p * 0.5 * (joint.velocity(x.nu) + joint.velocity(answer.nu));
-    report.joints.push_back({.joint = joint.joint, .friction = p});
-  }
+  record_joints(model, start, x, answer, end, report);
 }
 
 }  // namespace perp

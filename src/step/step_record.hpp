@@ -36,6 +36,18 @@ struct Answer {
   void clear(const Instant& instant, const Vector& nu_free);
 };
 
+/// How far q_end is from q ⊕ h nu [m, rad].
+double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,
+                          const Vector& q_end);
+
+/// The joints whose equations (28) nu leaves open by more than `tolerance` [m/s, rad/s], the worst first: "'left' by 0.1 m, ...",
+/// by how much over the step h; empty if there are none.
+std::string disagreeing_joints(const Model& model, const Instant& start, const Vector& nu,
+                               const Vector& joint_bias, double h, double tolerance);
+
+/// The same of the positions: joints with |psi_b| above `tolerance` [m, rad].
+std::string open_joints(const Model& model, const Instant& now, double tolerance);
+
 /// Fills the parts of `report` that do not depend on the method, from the step's own data: the residuals of (25), (26) with
 /// velocities `nu_position` that moved q, and of (28) with joint_bias = psi_b/h + dpsi_b/dt; energies; contact rows for `active`.
 void record(const Model& model, const Instant& start, const State& x, const Answer& answer,

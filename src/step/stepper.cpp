@@ -43,6 +43,17 @@ ContactRow StepReport::contact(std::string_view name) const {
   refuse("StepReport::contact", "name", name, "needs to be one of: " + known);
 }
 
+JointImpulse StepReport::joint(std::string_view name) const {
+  std::string known;
+  for (std::size_t i = 0; i < joint_names->size(); ++i) {
+    const std::string& full = (*joint_names)[i];
+    const bool whole_joint = full.size() > name.size() && full.starts_with(name) && full[name.size()] == '.';
+    if ((full == name || whole_joint) && i < joints.size()) return joints[i];
+    known += (known.empty() ? "" : ", ") + full;
+  }
+  refuse("StepReport::joint", "name", name, "needs to be one of: " + known);
+}
+
 StepReport Stepper::step(const Model& model, State& x, double h) {
   StepReport report;
   step(model, x, {.h = h}, report);
@@ -62,6 +73,7 @@ void Stepper::step(const Model& model, State& x, const StepRequest& request, Ste
   report.contacts.clear();
   report.joints.clear();
   report.point_names = model.point_names();
+  report.joint_names = model.joint_names();
   advance(model, x, complete, report);
   if (report.advanced()) model.follow_turns(x);
 }

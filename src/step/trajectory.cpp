@@ -5,16 +5,20 @@
 namespace perp {
 
 Trajectory::Trajectory(const State& x, std::size_t steps)
-    : nq_(static_cast<std::size_t>(x.q.size())), nv_(static_cast<std::size_t>(x.nu.size())) {
+    : nq_(static_cast<std::size_t>(x.q.size())),
+      nv_(static_cast<std::size_t>(x.nu.size())),
+      windings_(static_cast<std::size_t>(x.winding.size())) {
   t_.reserve(steps + 1);
   q_.reserve((steps + 1) * nq_);
   nu_.reserve((steps + 1) * nv_);
+  winding_.reserve((steps + 1) * windings_);
   figures_.reserve(steps);
   contacts_end_.reserve(steps);
   joints_end_.reserve(steps);
   t_.push_back(x.t);
   q_.insert(q_.end(), x.q.begin(), x.q.end());
   nu_.insert(nu_.end(), x.nu.begin(), x.nu.end());
+  winding_.insert(winding_.end(), x.winding.begin(), x.winding.end());
 }
 
 void Trajectory::reserve_rows(std::size_t contacts, std::size_t joints) {
@@ -26,12 +30,16 @@ void Trajectory::add(const State& x, const StepReport& report) {
   t_.push_back(x.t);
   q_.insert(q_.end(), x.q.begin(), x.q.end());
   nu_.insert(nu_.end(), x.nu.begin(), x.nu.end());
+  winding_.insert(winding_.end(), x.winding.begin(), x.winding.end());
   figures_.push_back(report);
   contacts_.insert(contacts_.end(), report.contacts.begin(), report.contacts.end());
   joints_.insert(joints_.end(), report.joints.begin(), report.joints.end());
   contacts_end_.push_back(contacts_.size());
   joints_end_.push_back(joints_.size());
-  if (!point_names_) point_names_ = report.point_names;
+  if (!point_names_) {
+    point_names_ = report.point_names;
+    joint_names_ = report.joint_names;
+  }
 }
 
 State Trajectory::state(std::size_t i) const {
@@ -40,7 +48,8 @@ State Trajectory::state(std::size_t i) const {
   using Map = Eigen::Map<const Vector>;
   return {.t = t_[i],
           .q = Map(q_.data() + i * nq_, static_cast<Eigen::Index>(nq_)),
-          .nu = Map(nu_.data() + i * nv_, static_cast<Eigen::Index>(nv_))};
+          .nu = Map(nu_.data() + i * nv_, static_cast<Eigen::Index>(nv_)),
+          .winding = Map(winding_.data() + i * windings_, static_cast<Eigen::Index>(windings_))};
 }
 
 StepReport Trajectory::report(std::size_t step) const {
@@ -57,6 +66,7 @@ StepReport Trajectory::report(std::size_t step) const {
   const auto [j0, j1] = range(joints_, joints_end_);
   report.joints.assign(j0, j1);
   report.point_names = point_names_;
+  report.joint_names = joint_names_;
   return report;
 }
 

@@ -14,7 +14,7 @@ namespace perp {
 ///   q = W_r^T nu_free+ + explicit velocities,  nu_free+: the velocity with joints, r = 0.
 /// A11 is never formed: with S = W_r^T M^-1 W_r, N = W_b^T M^-1 W_b = -B and C = W_b^T M^-1 W_r the Schur complement gives
 ///   W = S - C^T N^-1 C,   p_b = N^-1 (-b_b - W_b^T nu_free) - N^-1 C r.
-/// A rank-deficient N (a closed loop, footnote 6) is solved in the least-squares sense with minimum-norm p_b.
+/// A rank-deficient N (a closed loop, footnote 6) is solved in the least-squares sense, with the p_b of least sum N_ii p_bi^2.
 ///
 /// Rows: for each contact of the island n, and as many of t, o as it has; then one for each joint friction.
 class ReducedSystem {
@@ -28,6 +28,8 @@ class ReducedSystem {
     return offset_[static_cast<std::size_t>(contact)];
   }                                                                 ///< first row of island.contacts[contact]
   int friction_row(int joint) const { return frictions_ + joint; }  ///< row of island.joint_frictions[joint]
+
+  int rank() const { return rank_; }  ///< of the island's joint equations
 
   /// impulse += W_r r + W_b p_b over the system's velocities, and p_b into reactions (all joint rows).
   void add_impulses(const Instant& instant, const Island& island, const Vector& r, Vector& impulse,
@@ -45,6 +47,7 @@ class ReducedSystem {
   std::vector<WrenchMap<3>> contact_Y_;  // M^-1 W of each contact,
   std::vector<WrenchMap<1>> friction_Y_, joint_Y_;
   int frictions_ = 0;  // first row of the joint frictions
+  int rank_ = 0;
   Matrix N_, C_, NC_;  // NC = N^-1 C
   Vector p0_;          // p_b at r = 0
   Eigen::LLT<Matrix> llt_;

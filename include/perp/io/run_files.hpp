@@ -1,4 +1,4 @@
-// A run as tables for other programs: trajectory.csv, contacts.csv, report.csv.
+// A run as tables for other programs: trajectory.csv, contacts.csv, joints.csv, report.csv.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +22,11 @@ struct RunFilesOptions {
 /// contacts.csv: t,contact,a,b,gap,nx,ny,nz,pn,px,py,pz,fx,fy,fz,mode: a row for each contact point in reach in a step
 ///   kept; t and gap at the step's end, p the impulse on b over the step [N s], f = p/h the force [N].
 /// report.csv: t,h,status,advanced,solver,iterations,res_newton_euler,res_kinematic,res_joints,res_normal,res_friction,
-///   gap_min,joint_error,energy,energy_friction,energy_impact: the StepFigures of the steps kept; advanced is 1 or 0.
+///   gap_min,joint_error,energy,energy_friction,energy_impact,projection: the StepFigures of the steps kept; advanced is 1 or 0.
+/// joints.csv: t,joint,coordinate,rate,fx,fy,fz,mx,my,mz,friction,mode: a row for each coordinate of each joint (JOINT.COORDINATE
+///   where it has several; a joint that has none has one row without) in a step kept; coordinate and rate at the step's end; f and m
+///   what the joint's equations give to b at its anchor there, world axes [N, N m], friction what its dry friction gives along
+///   the coordinate; mode stick where friction holds it, else slip.
 ///
 /// Each file appears whole or not at all. Throws std::invalid_argument if every < 1 or a file cannot be made,
 /// std::runtime_error if the disk refuses what is written.

@@ -109,12 +109,15 @@ struct JointLimit {
   int coordinate = 0;                          ///< which of the joint's
 };
 
-/// A prescribed motion of a joint's coordinate: the rheonomic equation coordinate - position(t) = 0. The three belong together.
+/// A prescribed motion of a joint's coordinate: the rheonomic equation coordinate - position(t) = 0. They belong together.
 struct JointMotion {
   std::function<double(double t)> position;      ///< [rad, m]
   std::function<double(double t)> rate;          ///< its derivative
-  std::function<double(double t)> acceleration;  ///< and the next
+  std::function<double(double t)> acceleration;  ///< and the next; empty: by differences of rate
   Recipe recipe = {};
+
+  /// `acceleration`, or a fourth-order central difference of rate.
+  double acceleration_at(double t) const;
 };
 
 /// A joint in the model's terms: anchors, rows and coordinates in the axes of its two bodies.

@@ -138,6 +138,8 @@ class Model {
   std::uint64_t revision() const { return revision_; }
   /// Names of the contact points: the contact's own, or NAME.0, NAME.1, ... of a patch.
   std::shared_ptr<const std::vector<std::string>> point_names() const { return point_names_; }
+  /// Names of all joints' coordinates: the joint's own, or JOINT.COORDINATE where it has several; its own also if it has none.
+  std::shared_ptr<const std::vector<std::string>> joint_names() const { return joint_names_; }
 
  private:
   BodyId add(Body body, BodyOptions options, const char* where);
@@ -156,7 +158,7 @@ class Model {
   int nq_ = 0, nv_ = 0, points_ = 0, windings_ = 0;
   std::uint64_t revision_ = 0;
   std::unordered_set<std::string> contact_names_;
-  std::shared_ptr<std::vector<std::string>> point_names_;
+  std::shared_ptr<std::vector<std::string>> point_names_, joint_names_;
 };
 
 /// q ⊕ h nu: the configuration after moving at the constant velocity nu for the time h. Positions move by h v, orientations

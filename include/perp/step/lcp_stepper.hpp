@@ -21,6 +21,8 @@ enum class LcpForm {
 struct LcpStepperOptions {
   int edges = 8;  ///< of the friction polygon at spatial contacts, >= 3
   LcpForm form = LcpForm::Condensed;
+  bool close_joints =
+      true;  ///< psi_b(q+, t+) = 0 in place of (28), so that loops do not drift; off: (28) as the seed has it
   bool anitescu_potra = false;  ///< gap rows W_n^T nu+ + dPsi/dt >= 0, without psi_n/h: `lcp-ap`
   double tolerance = 1e-10;  ///< of the residuals, relative to the speeds that enter the step's equations [-]
 };
@@ -38,6 +40,11 @@ struct LcpStepperOptions {
 ///
 /// Restitution: where contacts with e > 0 close in the step with approach speed u_n- < 0, q+ is that of e = 0, and nu+ comes
 /// from a second problem in which they have W_n^T nu+ + dpsi_n/dt >= -e u_n- and the other closed contacts >= 0.
+///
+/// Joints: with `close_joints`, psi_b(q+, t+) = 0 with W_b of the start in place of (28), which is linear in nu+ and lets joints
+/// drift by O(h^2) before it pulls them back. Where that has no solution (a linkage passing its change point), q+ is moved onto
+/// psi_b = 0 at last, the shortest way in the norm of M: StepFigures::projection says how far. Redundant rows that agree are solved in the least-squares sense; those that do not fail the step,
+/// named.
 ///
 /// Contacts that cannot close within the step are left out and checked against its answer; one that would have
 /// closed is added and the step solved again, so the answer is that of all contacts.
@@ -61,6 +68,8 @@ class LcpStepper : public Stepper {
   struct Workspace;
   void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) override;
   void begin(const Model& model, const State& x, const StepRequest& request, const Instant& s);
+  bool solve_positions(const Model& model, const State& x, const Instant& s, const StepRequest& request,
+                       StepReport& report);
   bool solve(const Model& model, const Instant& s, const StepRequest& request, Answer& answer,
              StepReport& report);
   void certify(const Instant& s, const Island& island, std::size_t number, Answer& answer);

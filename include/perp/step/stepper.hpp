@@ -42,6 +42,7 @@ struct StepFigures {
   Residuals residuals = {};
   double gap_min = infinity;   ///< min psi_n(q+, t+), nonlinear [m]
   double joint_error = 0;      ///< max |psi_b(q+, t+)|, nonlinear [m, rad]
+  double projection = 0;       ///< by how much q+ was moved onto the joints after (26) [m, rad]
   double energy = not_set;     ///< Model::energy at the end
   double energy_friction = 0;  ///< work of the friction impulses, <= 0 where they dissipate
   double energy_impact = 0;    ///< work of the normal impulses against the change of their velocity
@@ -62,22 +63,33 @@ struct ContactRow {
   ContactMode mode = ContactMode::Open;  ///< Slip for a closed contact without friction
 };
 
-/// A joint's part in a step.
+/// A joint's part in a step: one for each of its coordinates, or a single one if it has none. World axes.
 struct JointImpulse {
-  int joint = 0;        ///< in Model::joints()
-  double friction = 0;  ///< impulse of the joint's dry friction along its freedom [N s, N m s]
+  int joint = 0;                           ///< in Model::joints()
+  int coordinate = -1;                     ///< in JointGeometry::coordinates; -1: it has none
+  double value = not_set, rate = not_set;  ///< of the coordinate at the end of the step [rad, m; rad/s, m/s]
+  Vector3 impulse =
+      Vector3::Zero();               ///< of the joint's equations on b over the step, at its anchor c_B [N s]
+  Vector3 moment = Vector3::Zero();  ///< and their moment on b about c_B [N m s]
+  double friction = 0;               ///< impulse of the joint's dry friction along its freedom [N s, N m s]
+  ContactMode mode = ContactMode::Slip;  ///< Stick where friction holds; Slip where there is none
 };
 
 struct StepReport : StepFigures {
   std::string message;               ///< empty if advanced(), else why not
   std::vector<ContactRow> contacts;  ///< those in reach, in the model's order
-  std::vector<JointImpulse> joints;  ///< those with friction, in the model's order
+  std::vector<JointImpulse> joints;  ///< of all joints, in the model's order
 
   /// The row of the contact `name` (of a patch: NAME.0, NAME.1, ...). One that was out of reach has zero impulse, is Open,
   /// and its gap was not computed (NaN). Throws std::invalid_argument for a name that the model does not have.
   ContactRow contact(std::string_view name) const;
 
+  /// The first row of the joint `name` (of a coordinate: NAME.COORDINATE, where the joint has several). Throws
+  /// std::invalid_argument for a name that the model does not have.
+  JointImpulse joint(std::string_view name) const;
+
   std::shared_ptr<const std::vector<std::string>> point_names;
+  std::shared_ptr<const std::vector<std::string>> joint_names;  ///< of the rows of `joints`
 };
 
 struct StepRequest {

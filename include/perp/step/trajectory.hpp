@@ -31,13 +31,13 @@ class Trajectory {
   StepReport report(std::size_t step) const;  ///< of the step to state(step + 1)
 
  private:
-  std::size_t nq_ = 0, nv_ = 0;
-  std::vector<double> t_, q_, nu_;
+  std::size_t nq_ = 0, nv_ = 0, windings_ = 0;
+  std::vector<double> t_, q_, nu_, winding_;
   std::vector<StepFigures> figures_;
   std::vector<ContactRow> contacts_;
   std::vector<JointImpulse> joints_;
   std::vector<std::size_t> contacts_end_, joints_end_;  // of each step, in the two above
-  std::shared_ptr<const std::vector<std::string>> point_names_;
+  std::shared_ptr<const std::vector<std::string>> point_names_, joint_names_;
 };
 
 }  // namespace perp
