@@ -5,6 +5,7 @@
 
 #include "perp/core/errors.hpp"
 #include "perp/core/pose.hpp"
+#include "perp/core/sparse.hpp"
 #include "perp/core/types.hpp"
 
 #include "perp/solve/friction_io.hpp"

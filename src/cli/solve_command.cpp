@@ -34,6 +34,7 @@ struct Answer {
   double contacts = not_set, rank = not_set, iterations = not_set;
   double residual_absolute = not_set, residual_relative = not_set, residual_file = not_set;
   double seconds = not_set;  // of the solve, without reading
+  std::string existence{};   // of a solution: exists, none, unknown
 };
 
 class Stopwatch {
@@ -130,6 +131,7 @@ Answer solve_friction_file(const std::string& file, const SolveRequest& request)
   constexpr Eigen::Index most_rows = 400;  // of a dense rank; above it the column stays empty
   if (problem.rows() <= most_rows)
     answer.rank = static_cast<double>(to_local(problem).W.to_dense().fullPivLu().rank());
+  answer.existence = to_string(solution.existence);
   answer.contacts = static_cast<double>(problem.blocks());
   answer.iterations = solution.iterations;
   answer.residual_absolute = solution.residuals.absolute;
@@ -219,6 +221,7 @@ void print_csv(const std::string& file, const std::string& kind, const Answer& a
   row.append(",").append(a.status).append(",").append(a.stage);
   number(a.iterations), number(a.residual_absolute), number(a.residual_relative), number(a.residual_file);
   number(a.seconds);
+  row.append(",").append(a.existence);
   std::printf("%s\n", row.c_str());
 }
 
@@ -228,6 +231,7 @@ void print_line(const std::string& file, const std::string& kind, const Answer& 
     std::printf(" by %s, residual %s (relative %s), %s s", a.stage.c_str(),
                 shortest(a.residual_absolute).c_str(), shortest(a.residual_relative).c_str(),
                 shortest(a.seconds).c_str());
+  if (a.status == "best-found" && a.existence == "exists") std::printf(", though a solution exists");
   std::printf("\n");
 }
 
@@ -236,7 +240,7 @@ int solve_files(const std::vector<std::string>& files, const std::string& kind, 
   if (csv)
     std::printf(
         "file,kind,contacts,rank,status,stage,iterations,residual_absolute,residual_relative,"
-        "residual_file,seconds\n");
+        "residual_file,seconds,existence\n");
   int status = Done;
   for (const std::string& file : files) {
     Answer answer;

@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <vector>
 
+#include "friction_stages.hpp"
+
 namespace perp {
 namespace {
 
@@ -82,6 +84,47 @@ Vector infeasibility_certificate(const FrictionProblem& local, const ContactSyst
   const std::vector<Eigen::Index> offsets = local.offsets();
   Vector certificate = Vector::Zero(offsets.back());
   for (int i = 0; i < n; ++i) certificate(offsets[contacts[i]]) = y(i) * system.s[contacts[i]];
+  return certificate;
+}
+
+Vector existence_certificate(const FrictionProblem& problem, ContactSystem& system) {
+  constexpr double rooms[] = {0.1, 1e-2, 1e-3, 1e-4};  // asked for, beside |q| = 1
+  constexpr double symmetric = 1e-10;                  // |W - Wᵀ|/|W|
+  if (!problem.is_global()) {
+    const SparseMatrix W = problem.W.to_sparse();
+    if (!(SparseMatrix(W - SparseMatrix(W.transpose())).norm() <= symmetric * W.norm())) return {};
+  }
+  const Columns3 q = system.q;
+  Vector certificate;
+  system.associated = true;
+  for (const double room : rooms) {
+    for (int i = 0; i < system.n; ++i)
+      if (system.kind[i] != BlockKind::Interval) system.q(0, i) = q(0, i) - room;
+    Iterate point;
+    point.r = Columns3::Zero(3, system.n);
+    evaluate(system, point);
+    Budget budget;
+    interior_point(system, {.most = 100, .start = 1}, 1e-3 * room, budget, point);
+    bool inside = point.u.allFinite();
+    for (int i = 0; i < system.n && inside; ++i) {
+      const double slip = system.kind[i] == BlockKind::HalfLine ? 0 : point.u.col(i).tail<2>().norm();
+      inside = system.kind[i] == BlockKind::Interval ||
+               point.u(0, i) + room > system.mu[i] * slip + room / 2 + round_off(point.r.norm());
+    }
+    if (!inside) continue;
+    const std::vector<Eigen::Index> offsets = problem.offsets();
+    certificate = Vector(offsets.back());
+    for (int i = 0; i < system.n; ++i) {
+      Vector3 u = point.u.col(i);
+      if (system.kind[i] != BlockKind::Interval) u(0) += room;
+      const Eigen::Index rows = offsets[i + 1] - offsets[i];
+      certificate.segment(offsets[i], rows) =
+          u.segment(first_row(system.kind[i]), rows) * (system.sigma / system.s[i]);
+    }
+    break;
+  }
+  system.associated = false;
+  system.q = q;
   return certificate;
 }
 

@@ -54,7 +54,8 @@ void alart_curnier_projection(BlockKind kind, double mu, const Vector3& z, Vecto
 double natural_map(const ContactSystem& system, const Columns3& r, const Columns3& u) {
   double sum = 0;
   for (int i = 0; i < system.n; ++i) {
-    const Vector3 u_hat = augmented_velocity(system.kind[i], system.mu[i], u.col(i));
+    const double slip_factor = system.associated ? 0 : system.mu[i];
+    const Vector3 u_hat = augmented_velocity(system.kind[i], slip_factor, u.col(i));
     sum += (r.col(i) - project_block(system.kind[i], system.mu[i], r.col(i) - u_hat)).squaredNorm();
   }
   return std::sqrt(sum);

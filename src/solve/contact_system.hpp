@@ -77,6 +77,7 @@ struct ContactSystem {
   std::vector<double> s;   ///< (n) scale of each block
   double sigma = 1;        ///< scale of the whole
   std::unique_ptr<DelassusOperator> W;
+  bool associated = false;  ///< the convex problem K ∋ r ⟂ u ∈ K*, without the De Saxcé term
 
   Columns3 scaled_reaction(const Vector& r, const std::vector<Eigen::Index>& offsets) const;
   Vector reaction(const Columns3& scaled, const std::vector<Eigen::Index>& offsets) const;

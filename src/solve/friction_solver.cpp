@@ -178,7 +178,7 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
 
   std::optional<MassResponse> response;
   if (problem.is_global()) response.emplace(problem);
-  const ContactSystem system = response ? contact_system(problem, *response) : contact_system(problem);
+  ContactSystem system = response ? contact_system(problem, *response) : contact_system(problem);
   const std::vector<Eigen::Index> offsets = problem.offsets();
 
   Budget budget;
@@ -247,9 +247,14 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
   solution.residual = solution.residuals.relative;
   if (pass_error(solution.residuals) <= options.tolerance) {
     solution.status = FrictionStatus::Solved;
+    solution.existence = FrictionExistence::Exists;
     solution.certificate.resize(0);
   } else if (solution.certificate.size() > 0) {
     solution.status = FrictionStatus::NoSolution;
+    solution.existence = FrictionExistence::None;
+  } else {
+    solution.certificate = existence_certificate(problem, system);
+    if (solution.certificate.size() > 0) solution.existence = FrictionExistence::Exists;
   }
   return solution;
 }
@@ -262,6 +267,18 @@ std::string_view to_string(FrictionStatus status) {
       return "no-solution";
     case FrictionStatus::BestFound:
       return "best-found";
+  }
+  return "";
+}
+
+std::string_view to_string(FrictionExistence existence) {
+  switch (existence) {
+    case FrictionExistence::Exists:
+      return "exists";
+    case FrictionExistence::None:
+      return "none";
+    case FrictionExistence::Unknown:
+      return "unknown";
   }
   return "";
 }

@@ -119,7 +119,7 @@ void interior_point(const ContactSystem& system, const InteriorPointOptions& opt
       Matrix3& ig = IG[i];
       ig.setIdentity();
       if (is_cone[i]) {
-        const double slip = y.col(i).tail<2>().norm();
+        const double slip = system.associated ? 0 : y.col(i).tail<2>().norm();
         if (is_interval[i]) {
           residual(0, i) = 0;
         } else {

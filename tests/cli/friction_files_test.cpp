@@ -61,13 +61,30 @@ TEST_CASE("perp solve tells a contact problem's bad number with its place and so
   CHECK(columns(scratch / "stdout")["status"] == std::vector<std::string>{"bad-file", "solved"});
 }
 
+TEST_CASE("perp solve tells an FCLIB file that is cut short or not one and solves the others", "[solve]") {
+  if (!has_hdf5()) return;
+  const Scratch scratch("fclib-bad");
+  REQUIRE(
+      run_perp(scratch, "generate box4 --seed 3 --count 2 --format fclib --out " + (scratch / "p")).status ==
+      0);
+  const std::string first = (scratch / "p") + "/box4-3-000.hdf5",
+                    other = (scratch / "p") + "/box4-3-001.hdf5";
+  std::filesystem::resize_file(first, std::filesystem::file_size(first) / 2);
+  const Outcome done = run_perp(scratch, "solve --csv " + first + " " + other);
+  CHECK(done.status == 2);
+  CHECK(done.err.find(first + ":") != std::string::npos);
+  CHECK(columns(scratch / "stdout")["status"] == std::vector<std::string>{"bad-file", "solved"});
+}
+
 TEST_CASE("an infeasible peg ends as no-solution and with status 1", "[solve]") {
   const Scratch scratch("friction-peg");
   REQUIRE(run_perp(scratch, "generate infeasible-peg --seed 1 --count 1 --out " + (scratch / "p")).status ==
           0);
   const Outcome done = run_perp(scratch, "solve --csv " + (scratch / "p") + "/*");
   CHECK(done.status == 1);
-  CHECK(columns(scratch / "stdout")["status"] == std::vector<std::string>{"no-solution"});
+  auto table = columns(scratch / "stdout");
+  CHECK(table["status"] == std::vector<std::string>{"no-solution"});
+  CHECK(table["existence"] == std::vector<std::string>{"none"});
 }
 
 }  // namespace

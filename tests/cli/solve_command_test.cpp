@@ -25,7 +25,7 @@ TEST_CASE("perp solve --csv has a row a file, finds out its kind and goes on aft
   CHECK(done.err.find("b.dat:7:3: matrix entry is \"two\", a finite number is needed") != std::string::npos);
   CHECK(done.out.substr(0, done.out.find('\n')) ==
         "file,kind,contacts,rank,status,stage,iterations,residual_absolute,residual_relative,residual_file,"
-        "seconds");
+        "seconds,existence");
   auto table = columns(scratch / "stdout");
   CHECK(table["kind"] == std::vector<std::string>{"lcp", "lcp", "mlcp"});
   CHECK(table["status"] == std::vector<std::string>{"solved", "bad-file", "solved"});

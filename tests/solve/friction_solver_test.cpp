@@ -181,7 +181,22 @@ TEST_CASE("a contact that closes from both sides is proved to have no solution",
   problem.mu = Vector::Constant(2, 0.5);
   const FrictionSolution s = solve_friction(problem);
   REQUIRE(s.status == FrictionStatus::NoSolution);
+  CHECK(s.existence == FrictionExistence::None);
   CHECK(claims_hold(problem, s));
+}
+
+TEST_CASE("a solution that was not come to is proved to exist by velocities inside the cones", "[friction]") {
+  const double mu = 0.2;
+  const FrictionProblem problem = cube_on_plane({3, 4, -10}, mu);
+  const FrictionSolution s = solve_friction(problem, {.stage_iterations = 1, .use_ipopt = false});
+  REQUIRE_FALSE(s.solved());
+  CHECK(s.existence == FrictionExistence::Exists);
+  REQUIRE(s.certificate.size() == 12);
+  for (int i = 0; i < 4; ++i)
+    CHECK(s.certificate(3 * i) > mu * s.certificate.segment(3 * i + 1, 2).norm() + 1e-6);
+  const Matrix H = problem.H.to_dense();  // u = H^T v + w for some v
+  const Vector v = H.transpose().colPivHouseholderQr().solve(s.certificate - problem.w);
+  CHECK((H.transpose() * v + problem.w - s.certificate).norm() < 1e-9 * s.certificate.norm());
 }
 
 TEST_CASE("minimum norm shares a cube's weight equally over its corners", "[friction]") {

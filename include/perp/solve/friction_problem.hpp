@@ -1,14 +1,12 @@
 // Contact problems with exact Coulomb cones, as pure algebra: what is given and what is asked.
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <vector>
 
+#include "perp/core/sparse.hpp"
 #include "perp/core/types.hpp"
 
 namespace perp {
-
-using SparseMatrix = Eigen::SparseMatrix<double>;  ///< compressed columns, 32-bit indices
 
 /// A matrix that its owner gave dense or sparse; the solvers look at the structure either way.
 class FrictionMatrix {

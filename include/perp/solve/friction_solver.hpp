@@ -21,6 +21,13 @@ enum class FrictionStatus {
   BestFound,   ///< the best point met; the residual says how good; nothing is proved
 };
 
+/// What is known about solutions, whether or not one was found.
+enum class FrictionExistence {
+  Exists,   ///< one was found, or FrictionSolution::certificate proves it
+  None,     ///< FrictionSolution::certificate proves that there is none
+  Unknown,  ///< neither
+};
+
 /// The method that gave the answer.
 enum class FrictionStage { None, Newton, InteriorPoint, Restart, Proximal, GaussSeidel, Ipopt };
 
@@ -53,7 +60,10 @@ struct FrictionSolution {
   double residual = infinity;  ///< residuals.relative
   FrictionResidual residuals;  ///< recomputed from the problem's own data
   int iterations = 0;          ///< Newton and interior-point iterations, sweeps, Ipopt's iterations, in all
-  Vector certificate;  ///< (m) if NoSolution: y >= 0 on normal rows, 0 elsewhere, Wᵀ y = 0, qᵀ y < 0
+  FrictionExistence existence = FrictionExistence::Unknown;
+  /// (m) if NoSolution: y >= 0 on normal rows, 0 elsewhere, Wᵀ y = 0, qᵀ y < 0. If BestFound and a solution exists: u in
+  /// the range of Hᵀ, plus w (local form: of W, plus q), with u_N > mu |u_T| at every contact [ACLM11].
+  Vector certificate;
   bool solved() const { return status == FrictionStatus::Solved; }
 };
 
@@ -65,7 +75,8 @@ struct FrictionSolution {
 /// Whether the library was built with Ipopt; without it the stage `ipopt` finds nothing and the others work.
 bool has_ipopt();
 
-std::string_view to_string(FrictionStatus status);  ///< solved, no-solution, best-found
-std::string_view to_string(FrictionStage stage);    ///< newton, interior-point, restart, ...
+std::string_view to_string(FrictionStatus status);        ///< solved, no-solution, best-found
+std::string_view to_string(FrictionExistence existence);  ///< exists, none, unknown
+std::string_view to_string(FrictionStage stage);          ///< newton, interior-point, restart, ...
 
 }  // namespace perp

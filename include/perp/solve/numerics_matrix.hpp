@@ -15,13 +15,10 @@
 // Indices count from 0.
 #pragma once
 
-#include <Eigen/SparseCore>
-
+#include "perp/core/sparse.hpp"
 #include "perp/solve/text_reader.hpp"
 
 namespace perp {
-
-using SparseMatrix = Eigen::SparseMatrix<double>;  ///< by columns, compressed
 
 /// The next matrix block, entries of equal place summed, zeros of dense storage left out; Matrix(result) is dense.
 /// With rows or cols >= 0 the matrix must have that shape. Throws ParseError at the first token that is not as above.
