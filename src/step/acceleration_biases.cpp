@@ -1,0 +1,30 @@
+#include "step/acceleration_biases.hpp"
+
+namespace perp {
+
+void AccelerationBiases::evaluate(const Model& model, const State& x, const Instant& instant,
+                                  std::span<const int> asked) {
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  contacts.assign(instant.contacts.size(), Vector3::Zero());
+  int last = -1;
+  for (const int i : asked) {
+    const ContactInstant& c = instant.contacts[at(i)];
+    const Contact& contact = model.contacts()[at(c.contact)];
+    if (c.contact != last) {
+      points_.resize(at(contact.gap.points()));
+      if (contact.stop.joint < 0)  // of a stop the joint's coordinate has them
+        contact.gap.differentiate(instant.X[at(contact.a.index)], instant.X[at(contact.b.index)], instant.t,
+                                  points_);
+      last = c.contact;
+    }
+    contacts[at(i)] = acceleration_bias(model, x, instant, c, points_[at(c.point - contact.first_point)]);
+  }
+  const auto of_rows = [&](const std::vector<JointRowInstant>& rows, std::vector<double>& out) {
+    out.resize(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) out[i] = acceleration_bias(model, x, instant, rows[i]);
+  };
+  of_rows(instant.joint_rows, joint_rows);
+  of_rows(instant.joint_frictions, joint_frictions);
+}
+
+}  // namespace perp

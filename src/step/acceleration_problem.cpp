@@ -1,0 +1,312 @@
+#include "step/acceleration_problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/QR>
+#include <numeric>
+
+#include "perp/instant/friction_polygon.hpp"
+#include "perp/solve/friction_solver.hpp"
+#include "perp/solve/lcp.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+/// The friction problem as an LCP in z = (c_n and polygon coordinates and sigma of each block): the instantaneous form of (39).
+class PolygonalForm {
+ public:
+  PolygonalForm(const FrictionProblem& problem, int edges) {
+    const std::vector<Eigen::Index> rows = problem.offsets();
+    const std::vector<Vector2> polygon = friction_polygon(edges);
+    struct Sigma {
+      Eigen::Index normal, first, last;  // columns: of c_n (or -1), of the polygon's coordinates
+      double bound;                      // mu, or c_max
+    };
+    std::vector<Sigma> sigmas;
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::Index z = 0;
+    for (Eigen::Index i = 0; i < problem.blocks(); ++i) {
+      const Eigen::Index row = rows[at(i)];
+      const BlockKind kind = problem.kind(i);
+      Sigma sigma{-1, 0, 0, problem.mu[i]};
+      if (kind != BlockKind::Interval) {
+        sigma.normal = z;
+        entries.emplace_back(row, z++, 1.0);
+      }
+      sigma.first = z;
+      if (kind == BlockKind::Cone)
+        for (const Vector2& d : polygon) {
+          entries.emplace_back(row + 1, z, d.x());
+          entries.emplace_back(row + 2, z++, d.y());
+        }
+      else if (kind != BlockKind::HalfLine)
+        for (const double sign : {1.0, -1.0})
+          entries.emplace_back(row + (kind == BlockKind::Planar ? 1 : 0), z++, sign);
+      sigma.last = z;
+      if (sigma.last > sigma.first) sigmas.push_back(sigma);
+    }
+    forces_ = z;
+    const auto count = static_cast<Eigen::Index>(sigmas.size());
+    D.setZero(problem.rows(), z);
+    for (const auto& e : entries) D(e.row(), e.col()) = e.value();
+    const Matrix W = problem.W.to_dense();
+    lcp.A.setZero(z + count, z + count);
+    lcp.b.setZero(z + count);
+    lcp.A.topLeftCorner(z, z) = D.transpose() * W * D;
+    lcp.b.head(z) = D.transpose() * problem.q;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const Sigma& sigma = sigmas[at(s)];
+      lcp.A.block(sigma.first, z + s, sigma.last - sigma.first, 1).setOnes();
+      lcp.A.block(z + s, sigma.first, 1, sigma.last - sigma.first).setConstant(-1);
+      if (sigma.normal >= 0)
+        lcp.A(z + s, sigma.normal) = sigma.bound;
+      else
+        lcp.b[z + s] = sigma.bound;
+    }
+  }
+
+  Vector forces(const Vector& z) const { return D * z.head(forces_); }
+
+  Lcp lcp;
+
+ private:
+  Matrix D;
+  Eigen::Index forces_ = 0;
+};
+
+}  // namespace
+
+void AccelerationProblem::assemble(const Model& model, const State& x, const Instant& instant,
+                                   const Modes& modes) {
+  modes_ = modes;
+  island_ = {};
+  contact_index.clear();
+  for (const ClosedContact& c : modes.contacts) {
+    contact_index.push_back(instant.contact_of_point[at(c.point)]);
+    island_.contacts.push_back(contact_index.back());
+  }
+  island_.joint_rows.resize(instant.joint_rows.size());
+  std::iota(island_.joint_rows.begin(), island_.joint_rows.end(), 0);
+  island_.joint_frictions.resize(instant.joint_frictions.size());
+  std::iota(island_.joint_frictions.begin(), island_.joint_frictions.end(), 0);
+
+  biases_.evaluate(model, x, instant, contact_index);
+  accelerations_ = instant;
+  for (const int i : contact_index) accelerations_.contacts[at(i)].bias = biases_.contacts[at(i)];
+  Vector joint_bias(static_cast<Eigen::Index>(instant.joint_rows.size()));
+  for (std::size_t i = 0; i < instant.joint_rows.size(); ++i)
+    joint_bias[static_cast<Eigen::Index>(i)] = biases_.joint_rows[i];
+  for (std::size_t i = 0; i < instant.joint_frictions.size(); ++i)
+    accelerations_.joint_frictions[i].psi_b_t = biases_.joint_frictions[i];
+  solve_mass(model, instant.k, free_);
+  reduced_.assemble(model, accelerations_, island_, free_, joint_bias);
+
+  // rows that are kept, and what a force along each of them is along all rows
+  acceleration_scale = 0;
+  const auto scale = [&](double a) { acceleration_scale = std::max(acceleration_scale, std::abs(a)); };
+  std::vector<int> kept;
+  std::vector<double> mu;
+  columns_.setZero(reduced_.size(), reduced_.size());
+  known_.setZero(reduced_.size());
+  problem = {};
+  for (std::size_t i = 0; i < contact_index.size(); ++i) {
+    const ContactInstant& c = accelerations_.contacts[at(contact_index[i])];
+    const int row = reduced_.rows_of(static_cast<int>(i));
+    const auto column = static_cast<Eigen::Index>(kept.size());
+    columns_(row, column) = 1;
+    kept.push_back(row);
+    if (c.tangents > 0 && modes.contacts[i].slides) {
+      columns_(row + 1, column) = -c.mu * c.frame.col(1).dot(modes.contacts[i].direction);
+      if (c.tangents == 2)
+        columns_(row + 2, column) = -c.mu * c.frame.col(2).dot(modes.contacts[i].direction);
+    }
+    const bool sticks = c.tangents > 0 && !modes.contacts[i].slides;
+    for (int t = 1; sticks && t <= c.tangents; ++t) {
+      columns_(row + t, column + t) = 1;
+      kept.push_back(row + t);
+    }
+    problem.kinds.push_back(!sticks           ? BlockKind::HalfLine
+                            : c.tangents == 1 ? BlockKind::Planar
+                                              : BlockKind::Cone);
+    mu.push_back(sticks ? c.mu : 0);
+    for (const double a : c.W.velocity(free_)) scale(a);
+    for (const double a : c.bias) scale(a);
+  }
+  for (std::size_t i = 0; i < island_.joint_frictions.size(); ++i) {
+    const JointRowInstant& joint = accelerations_.joint_frictions[i];
+    const int row = reduced_.friction_row(static_cast<int>(i));
+    scale(joint.W.velocity(free_)[0]);
+    scale(joint.psi_b_t);
+    if (modes.joints[i] != 0) {
+      known_[row] = -modes.joints[i] * joint.friction;
+      scale(reduced_.W(row, row) * joint.friction);
+      continue;
+    }
+    columns_(row, static_cast<Eigen::Index>(kept.size())) = 1;
+    kept.push_back(row);
+    problem.kinds.push_back(BlockKind::Interval);
+    mu.push_back(joint.friction);
+  }
+  for (std::size_t i = 0; i < island_.joint_rows.size(); ++i) scale(biases_.joint_rows[i]);
+  const auto n = static_cast<Eigen::Index>(kept.size());
+  columns_.conservativeResize(Eigen::NoChange, n);
+  problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+  const Matrix W = reduced_.W * columns_;
+  const Vector q = reduced_.q + reduced_.W * known_;
+  problem.W = Matrix(W(kept, Eigen::all));
+  problem.q = q(kept);
+}
+
+AccelerationAnswer AccelerationProblem::read(const Model& model, const Vector& c) const {
+  AccelerationAnswer answer;
+  const Vector r = columns_ * c + known_;
+  const Vector u = reduced_.W * r + reduced_.q;
+  Vector force = Vector::Zero(model.nv());
+  answer.reactions.setZero(static_cast<Eigen::Index>(accelerations_.joint_rows.size()));
+  reduced_.add_impulses(accelerations_, island_, r, force, answer.reactions);
+  solve_mass(model, force, answer.nu_dot);
+  answer.nu_dot += free_;
+  for (std::size_t i = 0; i < contact_index.size(); ++i) {
+    const ContactInstant& contact = accelerations_.contacts[at(contact_index[i])];
+    const int row = reduced_.rows_of(static_cast<int>(i)), rows = 1 + contact.tangents;
+    Vector3 f = Vector3::Zero();
+    f.head(rows) = r.segment(row, rows);
+    answer.force.push_back(f);
+    Vector3 a = contact.velocity(answer.nu_dot);
+    a.tail(2 - contact.tangents).setZero();
+    answer.acceleration.push_back(a);
+  }
+  const auto frictions = static_cast<Eigen::Index>(island_.joint_frictions.size());
+  answer.joint_force = r.tail(frictions);
+  answer.joint_acceleration = u.tail(frictions);
+  return answer;
+}
+
+/// All forces c that some choice of modes allows, those with the same velocities once. Blocks: a half line is open or closed; planar
+/// friction is open, sticks, slips either way; an interval holds or yields either way.
+std::vector<Vector> AccelerationProblem::enumerate(bool& complete) const {
+  const Matrix& W = problem.W.dense();
+  const Eigen::Index n = problem.rows();
+  const std::vector<Eigen::Index> rows = problem.offsets();
+  double choices = 1;
+  for (Eigen::Index i = 0; i < problem.blocks(); ++i)
+    choices *= problem.kind(i) == BlockKind::HalfLine ? 2 : problem.kind(i) == BlockKind::Planar ? 4 : 3;
+  complete = choices <= 4096 && std::none_of(problem.kinds.begin(), problem.kinds.end(),
+                                             [](BlockKind k) { return k == BlockKind::Cone; });
+  std::vector<Vector> found;
+  if (!complete) return found;
+
+  // c = P y + c0 in the modes of `choice`, with the rows `zero` of u' zero
+  const double a_scale =
+      std::max(acceleration_scale, problem.q.size() > 0 ? problem.q.cwiseAbs().maxCoeff() : 0.0);
+  const double small = 1e-9 * a_scale;
+  for (int choice = 0; choice < static_cast<int>(choices); ++choice) {
+    Matrix P = Matrix::Zero(n, n);
+    Vector c0 = Vector::Zero(n);
+    std::vector<Eigen::Index> zero;
+    std::vector<int> mode(at(problem.blocks()));
+    int rest = choice;
+    for (Eigen::Index i = 0; i < problem.blocks(); ++i) {
+      const Eigen::Index row = rows[at(i)];
+      const BlockKind kind = problem.kind(i);
+      const int count = kind == BlockKind::HalfLine ? 2 : kind == BlockKind::Planar ? 4 : 3;
+      const int m = mode[at(i)] = rest % count;  // 0 open or holds, 1 closed, 2 and 3 slips
+      rest /= count;
+      if (kind == BlockKind::Interval) {
+        if (m == 0) {
+          P(row, static_cast<Eigen::Index>(zero.size())) = 1;
+          zero.push_back(row);
+        } else {
+          c0[row] = m == 1 ? -problem.mu[i] : problem.mu[i];
+        }
+        continue;
+      }
+      if (m == 0) continue;
+      P(row, static_cast<Eigen::Index>(zero.size())) = 1;
+      if (m >= 2)
+        P(row + 1, static_cast<Eigen::Index>(zero.size())) = m == 2 ? -problem.mu[i] : problem.mu[i];
+      zero.push_back(row);
+      if (kind == BlockKind::Planar && m == 1) {
+        P(row + 1, static_cast<Eigen::Index>(zero.size())) = 1;
+        zero.push_back(row + 1);
+      }
+    }
+    const auto k = static_cast<Eigen::Index>(zero.size());
+    Vector c = c0;
+    if (k > 0) {
+      const Matrix A = (W * P.leftCols(k))(zero, Eigen::all);
+      const Vector b = -(problem.q + W * c0)(zero);
+      Eigen::CompleteOrthogonalDecomposition<Matrix> qr(A);
+      qr.setThreshold(1e-12);
+      const Vector y = qr.solve(b);
+      if (!y.allFinite() || (A * y - b).cwiseAbs().maxCoeff() > small) continue;
+      c += P.leftCols(k) * y;
+    }
+    const Vector u = W * c + problem.q;
+    bool fits = true;
+    for (Eigen::Index i = 0; i < problem.blocks() && fits; ++i) {
+      const Eigen::Index row = rows[at(i)];
+      const int m = mode[at(i)];
+      const double weight = std::max(W.row(row).cwiseAbs().maxCoeff(), 1e-300);
+      const double small_force = small / weight;
+      if (problem.kind(i) == BlockKind::Interval) {
+        fits =
+            m == 0 ? std::abs(c[row]) <= problem.mu[i] + small_force : (m == 1 ? u[row] : -u[row]) >= -small;
+        continue;
+      }
+      fits = u[row] >= -small && c[row] >= -small_force;
+      if (problem.kind(i) != BlockKind::Planar || m == 0 || !fits) continue;
+      fits = m == 1 ? std::abs(c[row + 1]) <= problem.mu[i] * c[row] + small_force
+                    : (m == 2 ? u[row + 1] : -u[row + 1]) >= -small;
+    }
+    const bool known = std::any_of(found.begin(), found.end(), [&](const Vector& other) {
+      return (W * (other - c)).cwiseAbs().maxCoeff() <= 1e-7 * a_scale;
+    });
+    if (fits && !known) found.push_back(c);
+  }
+  return found;
+}
+
+AccelerationAnswer AccelerationProblem::solve(const Model& model, const Cp1Options& options) const {
+  if (problem.rows() == 0) {
+    AccelerationAnswer answer = read(model, Vector());
+    answer.status = Cp1Status::Unique;
+    answer.complete = true;
+    answer.residual = 0;
+    return answer;
+  }
+  bool complete = false;
+  const std::vector<Vector> all = enumerate(complete);
+  Vector c;
+  double residual = not_set;
+  bool solved = false;
+  if (options.edges != 0) {
+    const PolygonalForm form(problem, options.edges);
+    const LcpSolution z = solve_lcp(form.lcp);
+    solved = z.solved();
+    if (solved) c = form.forces(z.z), residual = lcp_relative_residual(form.lcp.A, form.lcp.b, z.z);
+  } else {
+    const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
+    solved = s.solved();
+    if (solved) c = s.r, residual = s.residual;
+  }
+  AccelerationAnswer answer;
+  answer.complete = complete;
+  if (complete && all.empty()) return answer;
+  if (complete && (all.size() > 1 || !solved)) {
+    c = *std::min_element(all.begin(), all.end(),
+                          [](const Vector& a, const Vector& b) { return a.squaredNorm() < b.squaredNorm(); });
+    residual = 0;
+    solved = true;
+  }
+  if (!solved) return answer;
+  answer = read(model, c);
+  answer.complete = complete;
+  answer.residual = residual;
+  answer.status = all.size() > 1 ? Cp1Status::Several : Cp1Status::Unique;
+  return answer;
+}
+
+}  // namespace perp

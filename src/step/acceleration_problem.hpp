@@ -1,0 +1,58 @@
+// CP1 with the modes of velocity known: accelerations and forces as a friction problem of their own.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "perp/instant/reduced_system.hpp"
+#include "perp/solve/friction_problem.hpp"
+#include "perp/step/cp1.hpp"
+#include "step/acceleration_biases.hpp"
+#include "step/modes.hpp"
+
+namespace perp {
+
+/// Forces and accelerations of all closed contacts.
+struct AccelerationAnswer {
+  Cp1Status status = Cp1Status::None;
+  bool complete = false;              ///< all modes were looked through
+  Vector nu_dot;                      ///< (nv)
+  std::vector<Vector3> force;         ///< of each closed contact, along n, t, o [N]
+  std::vector<Vector3> acceleration;  ///< relative, along n, t, o [m/s^2]
+  Vector joint_force;                 ///< of each joint friction [N, N m]
+  Vector joint_acceleration;          ///< of each joint friction [m/s^2, rad/s^2]
+  Vector reactions;                   ///< of each joint row
+  double residual = not_set;          ///< of the friction problem or the LCP, relative [-]
+};
+
+/// u' = W c + q over the rows that are free to choose: n of every closed contact, t and o of those that stick, the frictions of
+/// joints that stick. Sliding friction is eliminated: (17) makes it -mu c_n u_f/|u_f|, a part of the column of c_n, and (18)
+/// a known force. W is then unsymmetric and need not be a P-matrix: Painlevé.
+class AccelerationProblem {
+ public:
+  void assemble(const Model& model, const State& x, const Instant& instant, const Modes& modes);
+
+  [[nodiscard]] AccelerationAnswer solve(const Model& model, const Cp1Options& options) const;
+
+  /// The answer for forces c along the rows.
+  [[nodiscard]] AccelerationAnswer read(const Model& model, const Vector& c) const;
+
+  FrictionProblem problem;         ///< local form
+  double acceleration_scale = 0;   ///< of q, before joints and contacts act [m/s^2]
+  std::vector<int> contact_index;  ///< of each closed contact in Instant::contacts
+
+ private:
+  [[nodiscard]] std::vector<Vector> enumerate(bool& complete) const;
+
+  Instant accelerations_;  // the instant with biases of accelerations in place of explicit velocities
+  AccelerationBiases biases_;
+  Island island_;
+  ReducedSystem reduced_;
+  Modes modes_;
+  Vector free_;  // M^-1 k
+  Matrix
+      columns_;  // (rows of reduced_, rows of problem): what a force along a row of problem is along those of reduced_
+  Vector known_;  // (rows of reduced_): forces of joints that slide
+};
+
+}  // namespace perp

@@ -1,0 +1,182 @@
+#include "perp/step/impact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "perp/core/errors.hpp"
+#include "perp/instant/reduced_system.hpp"
+#include "perp/solve/friction_solver.hpp"
+#include "step/modes.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+/// The touching contacts' velocities as a function of their impulses, u = W r + q.
+struct Touching {
+  Instant s;
+  Island island;
+  ReducedSystem reduced;
+  FrictionProblem problem;  // W and q at the velocities before
+  Vector approach;          // u_n- of each contact
+  double speed = 0;         // what speeds are measured by
+
+  Touching(const Model& model, const State& x, double small_gap) {
+    evaluate(model, x, s);
+    if (!s.fault.empty()) refuse("solve_impact", "x", "a state", s.fault);
+    const Scales scales = scales_of(model, x, s);
+    speed = scales.speed;
+    s.joint_frictions.clear();
+    island.joint_rows.resize(s.joint_rows.size());
+    std::iota(island.joint_rows.begin(), island.joint_rows.end(), 0);
+    Vector joint_bias(static_cast<Eigen::Index>(s.joint_rows.size()));
+    for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
+      joint_bias[static_cast<Eigen::Index>(i)] = s.joint_rows[i].psi_b_t;
+    std::vector<double> mu, normal;
+    for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+      const ContactInstant& c = s.contacts[i];
+      if (c.psi_n > (std::isnan(small_gap) ? scales.small_gap() : small_gap)) continue;
+      island.contacts.push_back(static_cast<int>(i));
+      problem.kinds.push_back(c.tangents == 0   ? BlockKind::HalfLine
+                              : c.tangents == 1 ? BlockKind::Planar
+                                                : BlockKind::Cone);
+      mu.push_back(c.mu);
+      normal.push_back(c.velocity(x.nu).x());
+    }
+    reduced.assemble(model, s, island, x.nu, joint_bias);
+    problem.W = reduced.W;
+    problem.q = reduced.q;
+    problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+    approach = Eigen::Map<Vector>(normal.data(), static_cast<Eigen::Index>(normal.size()));
+  }
+
+  int normal_row(std::size_t i) const { return reduced.rows_of(static_cast<int>(i)); }
+  const ContactInstant& contact(std::size_t i) const { return s.contacts[at(island.contacts[i])]; }
+
+  Vector velocity(const Model& model, const State& x, const Vector& r) const {
+    Vector impulse = Vector::Zero(model.nv()),
+           reactions = Vector::Zero(static_cast<Eigen::Index>(s.joint_rows.size())), change;
+    reduced.add_impulses(s, island, r, impulse, reactions);
+    solve_mass(model, impulse, change);
+    return x.nu + change;
+  }
+};
+
+/// r of the law u_n+ >= -e u_n-; `e` of each contact.
+FrictionSolution newton(const Touching& touching, const Vector& e) {
+  FrictionProblem problem = touching.problem;
+  for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
+    problem.q[touching.normal_row(i)] +=
+        e[static_cast<Eigen::Index>(i)] * std::min(touching.approach[static_cast<Eigen::Index>(i)], 0.0);
+  return solve_friction(problem);
+}
+
+/// Compression to u_n = 0, then normal impulses e times as large with the friction that they allow; what would then still
+/// approach is stopped.
+FrictionSolution poisson(const Touching& touching, const Vector& e) {
+  FrictionSolution compression = solve_friction(touching.problem);
+  if (!compression.solved()) return compression;
+  FrictionProblem second = touching.problem;
+  second.q = compression.u;
+  Matrix W = second.W.dense();
+  for (std::size_t i = 0; i < touching.island.contacts.size(); ++i) {
+    // rows of the normals say r_n - e p_n = 0: normal impulses are given
+    const int row = touching.normal_row(i);
+    W.row(row).setZero();
+    W(row, row) = touching.problem.W.dense()(row, row);
+    second.q[row] = -W(row, row) * e[static_cast<Eigen::Index>(i)] * compression.r[row];
+  }
+  second.W = W;
+  const FrictionSolution decompression = solve_friction(second);
+  if (!decompression.solved()) return decompression;
+  FrictionProblem rest = touching.problem;
+  rest.q = compression.u + touching.problem.W.dense() * decompression.r;
+  FrictionSolution last = solve_friction(rest);
+  last.r += compression.r + decompression.r;
+  return last;
+}
+
+/// Impulses though no contact approaches: those that a slight approach at sliding contacts needs, as it goes to nothing.
+FrictionSolution jam(const Touching& touching) {
+  FrictionSolution solution;
+  for (double slight = 1e-3; slight > 1e-9; slight *= 0.1) {
+    FrictionProblem problem = touching.problem;
+    for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
+      problem.q[touching.normal_row(i)] -= slight * touching.speed;
+    solution = solve_friction(problem);
+    if (!solution.solved()) continue;
+    const FrictionSolution exact = solve_friction(touching.problem, {.start = solution.r});
+    if (exact.solved() && (exact.r - solution.r).norm() <= 0.5 * solution.r.norm()) return exact;
+  }
+  solution.status = FrictionStatus::BestFound;
+  return solution;
+}
+
+}  // namespace
+
+Impact solve_impact(const Model& model, const State& x, const ImpactOptions& options) {
+  model.check("solve_impact", x);
+  const Touching touching(model, x, options.small_gap);
+  const auto count = static_cast<Eigen::Index>(touching.island.contacts.size());
+  Vector e = Vector::Zero(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ContactInstant& c = touching.contact(at(i));
+    if (std::find(options.inelastic.begin(), options.inelastic.end(), c.point) == options.inelastic.end())
+      e[i] = c.e;
+  }
+
+  Impact impact;
+  impact.nu = x.nu;
+  Vector r = Vector::Zero(touching.problem.rows());
+  const double before = model.kinetic_energy(x);
+  State after = x;
+  const auto take = [&](const FrictionSolution& solution) {
+    if (!solution.solved()) return false;
+    r = solution.r;
+    impact.residual = solution.residual;
+    after.nu = touching.velocity(model, x, r);
+    impact.solved = after.nu.allFinite();
+    return impact.solved;
+  };
+  // what prescribed bodies do adds energy by right
+  const bool rheonomic =
+      std::any_of(touching.island.contacts.begin(), touching.island.contacts.end(),
+                  [&](int i) { return touching.s.contacts[at(i)].bias != Vector3::Zero(); });
+  const auto dissipates = [&] { return rheonomic || model.kinetic_energy(after) <= before * (1 + 1e-12); };
+  if (count == 0) {
+    after.nu = touching.velocity(model, x, r);
+    impact.solved = true;
+    impact.residual = 0;
+  } else if (options.without_collision) {
+    (void)take(jam(touching));
+  } else {
+    if (options.restitution == Restitution::Newton) (void)take(newton(touching, e));
+    if (!impact.solved || !dissipates()) (void)take(poisson(touching, e));
+    if (!impact.solved || !dissipates()) (void)take(newton(touching, Vector::Zero(count)));
+  }
+  if (!impact.solved) return impact;
+
+  impact.nu = after.nu;
+  impact.energy = model.kinetic_energy(after) - before;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ContactInstant& c = touching.contact(at(i));
+    Vector3 p = Vector3::Zero();
+    p.head(1 + c.tangents) = r.segment(touching.normal_row(at(i)), 1 + c.tangents);
+    const double friction = p.tail<2>().norm();
+    impact.contacts.push_back({.contact = c.contact,
+                               .point = c.point,
+                               .impulse = c.frame * p,
+                               .p_n = p.x(),
+                               .approach = touching.approach[i],
+                               .rebound = c.velocity(impact.nu).x(),
+                               .mode = !(p.x() > 0) ? ContactMode::Open
+                                       : c.tangents == 0 || friction >= c.mu * p.x() * (1 - 1e-9)
+                                           ? ContactMode::Slip
+                                           : ContactMode::Stick});
+  }
+  return impact;
+}
+
+}  // namespace perp

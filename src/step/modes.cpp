@@ -1,0 +1,79 @@
+#include "step/modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+JointFreedom freedom_of(const Model& model, const JointRowInstant& friction) {
+  return model.joints()[at(friction.joint)].coordinates[at(friction.coordinate)].freedom;
+}
+
+const ClosedContact* Modes::find(int point) const {
+  for (const ClosedContact& c : contacts)
+    if (c.point == point) return &c;
+  return nullptr;
+}
+
+Scales scales_of(const Model& model, const State& x, const Instant& instant) {
+  Scales s{.length = 0};
+  Vector free;
+  solve_mass(model, instant.k, free);
+  for (const Body& b : model.bodies()) {
+    if (b.nv == 0) continue;
+    const int linear = b.kind == BodyKind::Planar ? 2 : 3;
+    s.length = std::max(s.length, x.q.segment(b.q0, linear).cwiseAbs().maxCoeff());
+    s.speed = std::max(s.speed, x.nu.segment(b.v0, linear).cwiseAbs().maxCoeff());
+    s.acceleration = std::max(s.acceleration, free.segment(b.v0, linear).cwiseAbs().maxCoeff());
+  }
+  const auto add = [&](const auto& W, const Vector3& position) {
+    for (const int body : {W.a, W.b})
+      if (model.bodies()[at(body)].nv > 0)
+        s.length = std::max(s.length, (position - instant.X[at(body)].p).norm());
+  };
+  for (const ContactInstant& c : instant.contacts) {
+    add(c.W, c.position);
+    s.speed = std::max(s.speed, c.velocity(x.nu).cwiseAbs().maxCoeff());
+    s.acceleration = std::max(s.acceleration, c.W.velocity(free).cwiseAbs().maxCoeff());
+  }
+  for (const JointGeometry& j : model.joints())
+    s.length = std::max({s.length, j.anchor_a.norm(), j.anchor_b.norm()});
+  for (const JointRowInstant& row : instant.joint_frictions)
+    s.speed = std::max(s.speed, std::abs(row.velocity(x.nu)));
+  if (s.length == 0) s.length = s.acceleration > 0 && s.speed > 0 ? s.speed * s.speed / s.acceleration : 1;
+  s.acceleration = std::max(s.acceleration, s.speed * s.speed / s.length);
+  s.speed = std::max(s.speed, std::sqrt(s.acceleration * s.length));
+  return s;
+}
+
+void Scales::widen(const Scales& other) {
+  length = std::max(length, other.length);
+  speed = std::max(speed, other.speed);
+  acceleration = std::max(acceleration, other.acceleration);
+}
+
+Modes modes_by_velocity(const Model& model, const State& x, const Instant& instant, const Scales& scales) {
+  Modes modes;
+  for (const ContactInstant& c : instant.contacts) {
+    const Vector3 u = c.velocity(x.nu);
+    if (c.psi_n > scales.small_gap() || u.x() > scales.small_speed()) continue;
+    Vector3 u_f = Vector3::Zero();
+    for (int t = 1; t <= c.tangents; ++t) u_f += u[t] * c.frame.col(t);
+    ClosedContact closed{.point = c.point, .slides = u_f.norm() > scales.small_speed()};
+    if (closed.slides) closed.direction = u_f.normalized();
+    modes.contacts.push_back(closed);
+  }
+  for (const JointRowInstant& row : instant.joint_frictions) {
+    const double rate = row.velocity(x.nu);
+    const bool rests = std::abs(rate) <= scales.small_rate(freedom_of(model, row));
+    modes.joints.push_back(rests ? 0 : rate > 0 ? 1 : -1);
+  }
+  return modes;
+}
+
+}  // namespace perp
