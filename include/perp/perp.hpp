@@ -30,6 +30,9 @@
 
 #include "perp/instant/instant.hpp"
 
+#include "perp/step/cp1.hpp"
+#include "perp/step/event_driven.hpp"
+#include "perp/step/impact.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/methods.hpp"
 #include "perp/step/ncp2_stepper.hpp"

@@ -16,7 +16,9 @@ void add_methods_command(CLI::App& perp, int& status) {
     if (*csv) std::printf("name,order,what\n");
     for (const Method& m : methods()) {
       const std::string name(m.name), what(m.what);
-      std::printf(*csv ? "%s,%d,\"%s\"\n" : "%-10s order %d  %s\n", name.c_str(), m.order, what.c_str());
+      const std::string order = m.order > 0 || *csv ? std::to_string(m.order) : "-";
+      std::printf(*csv ? "%s,%s,\"%s\"\n" : "%-10s order %s  %s\n", name.c_str(), order.c_str(),
+                  what.c_str());
     }
     status = Done;
   });

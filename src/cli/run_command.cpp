@@ -20,7 +20,10 @@ namespace {
 struct RunArguments {
   std::string scene, method, folder;
   double h = not_set, until = not_set;
+  bool step_given = false;
   int every = 1;
+  double tolerance = not_set;
+  std::string integrator;
   MethodOptions method_options;
   std::vector<std::string> set;
 };
@@ -38,12 +41,34 @@ void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run
               run.steps(), shortest(run.t(run.size() - 1)).c_str());
   std::printf("largest contact residual %.1e m/s, smallest gap %.1e m, largest joint error %.1e\n", residual,
               gap, joint_error);
-  std::printf("wrote trajectory.csv, contacts.csv and report.csv to %s\n", folder.c_str());
+  if (run.evaluations > 0)
+    std::printf("%zu events, %ld evaluations of the right-hand side\n", run.events.size(), run.evaluations);
+  std::printf("wrote trajectory.csv, contacts.csv%s and report.csv to %s\n",
+              run.between ? ", events.csv" : "", folder.c_str());
+}
+
+/// The method with what was asked for it; a method of fixed steps needs one, another may have a tolerance.
+std::unique_ptr<Stepper> stepper_of(const RunArguments& arguments) {
+  MethodOptions options = arguments.method_options;
+  const bool chooses = method(arguments.method).order == 0;
+  if (!chooses && !arguments.step_given)
+    refuse("perp run", "--step", "not given", "method " + arguments.method + " needs a step [s]");
+  if (!chooses && !std::isnan(arguments.tolerance))
+    refuse("perp run", "--tolerance", arguments.tolerance, "needs a method that chooses its steps: event");
+  if (arguments.step_given && !(arguments.h > 0))
+    refuse("perp run", "--step, h,", arguments.h, "needs to be positive [s]");
+  if (!std::isnan(arguments.tolerance)) options.tolerance = arguments.tolerance;
+  if (!arguments.integrator.empty()) {
+    if (arguments.method != "event")
+      refuse("perp run", "--integrator", arguments.integrator, "needs the method event");
+    options.integrator = integrator_named(arguments.integrator);
+  }
+  return make_stepper(arguments.method, options);
 }
 
 int run_scene(const RunArguments& arguments) {
   const Scene s = load_scene(arguments.scene, read_parameters("perp run", arguments.set));
-  const std::unique_ptr<Stepper> stepper = make_stepper(arguments.method, arguments.method_options);
+  const std::unique_ptr<Stepper> stepper = stepper_of(arguments);
   const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
   try {
     const Trajectory run = simulate(s.model, *stepper, s.start, {.t_end = until, .h = arguments.h});
@@ -67,7 +92,14 @@ void add_run_command(CLI::App& perp, int& status) {
   command->add_option("SCENE", arguments->scene, "a scene file, or a built-in scene (perp scenes)")
       ->required();
   command->add_option("--method", arguments->method, "a method (perp methods)")->required();
-  command->add_option("--step", arguments->h, "step h [s]; the run takes round(T/h) equal steps")->required();
+  command->add_option(
+      "--step", arguments->h,
+      "step h [s]; the run takes round(T/h) equal steps. Of event: rows at its multiples too");
+  command->add_option("--tolerance", arguments->tolerance, "rtol = atol of event; 1e-10 if not given")
+      ->type_name("R");
+  command
+      ->add_option("--integrator", arguments->integrator, "of event: arkode, cvode-adams, cvode-bdf or ida")
+      ->type_name("I");
   command->add_option("--until", arguments->until, "end time T [s]; the scene's own if not given");
   command->add_option("--out", arguments->folder, "folder for trajectory.csv, contacts.csv, report.csv")
       ->required();
@@ -79,7 +111,10 @@ void add_run_command(CLI::App& perp, int& status) {
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->take_all();
-  command->callback([&status, arguments] { status = run_scene(*arguments); });
+  command->callback([&status, arguments, command] {
+    arguments->step_given = command->count("--step") > 0;
+    status = run_scene(*arguments);
+  });
 }
 
 }  // namespace perp

@@ -1,5 +1,6 @@
 #include "perp/io/run_files.hpp"
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -55,7 +56,9 @@ void add_contacts(CsvFile& file, const Model& model, const StepReport& report) {
     for (const double n : row.normal) file.cell(n);
     file.cell(row.p_n);
     for (const double p : row.impulse) file.cell(p);
-    for (const double p : row.impulse) file.cell(p / report.h);
+    for (int i = 0; i < 3; ++i)
+      file.cell(report.h > 0 ? std::isnan(row.force[i]) ? row.impulse[i] / report.h : row.force[i]
+                             : row.force[i]);
     file.cell(name_of(row.mode)).end_row();
   }
 }
@@ -107,6 +110,17 @@ void write_run(const std::filesystem::path& folder, const Model& model, const Tr
     add_figures(report, run.figures(step));
   }
   if (options.failed != nullptr) add_figures(report, *options.failed);
+  if (run.between) {
+    CsvFile events(folder / "events.csv", {"t", "kind", "contact", "before", "after"});
+    for (const Event& event : run.events)
+      events.cell(event.t)
+          .cell(name_of(event.kind))
+          .cell(event.contact)
+          .cell(name_of(event.before))
+          .cell(name_of(event.after))
+          .end_row();
+    events.finish();
+  }
   trajectory.finish();
   contacts.finish();
   joints.finish();

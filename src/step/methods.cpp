@@ -24,6 +24,11 @@ const std::vector<Method>& methods() {
        }},
       {"ncp2", 2, false, "second order: a nonsmooth RATTLE with circular cones",
        [](const MethodOptions&) -> std::unique_ptr<Stepper> { return std::make_unique<Ncp2Stepper>(); }},
+      {"event", 0, false, "the instantaneous model integrated by SUNDIALS to a tolerance, events located",
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<EventDriven>(
+             EventDrivenOptions{.rtol = o.tolerance, .integrator = o.integrator});
+       }},
   };
   return all;
 }

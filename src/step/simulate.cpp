@@ -27,9 +27,11 @@ Trajectory simulate(const Model& model, Stepper& stepper, const State& x0, const
   model.check("simulate", x0);
   if (!std::isfinite(options.t_end) || !(options.t_end > x0.t))
     refuse("simulate", "t_end", options.t_end, "needs to be finite and past x.t = " + shortest(x0.t));
-  if (!(options.h > 0) || !std::isfinite(options.h))
+  auto* adaptive = dynamic_cast<AdaptiveStepper*>(&stepper);
+  const bool no_steps = adaptive != nullptr && std::isnan(options.h);
+  if (!no_steps && (!(options.h > 0) || !std::isfinite(options.h)))
     refuse("simulate", "h", options.h, "needs to be positive [s]");
-  const double steps = std::max(1.0, std::round((options.t_end - x0.t) / options.h));
+  const double steps = no_steps ? 1 : std::max(1.0, std::round((options.t_end - x0.t) / options.h));
   if (steps > 1e9) refuse("simulate", "h", options.h, "needs more than 1e9 steps to t_end");
 
   State x = x0;
@@ -44,6 +46,16 @@ Trajectory simulate(const Model& model, Stepper& stepper, const State& x0, const
       report.message = "no state near the initial one satisfies its constraints";
       throw StepFailure(report, Trajectory(x0, 0));
     }
+  }
+
+  if (adaptive != nullptr) {
+    Trajectory run(x, 0);
+    report = adaptive->run(model, run,
+                           {.t_end = options.t_end,
+                            .h = no_steps ? not_set : (options.t_end - x0.t) / steps,
+                            .progress = options.progress});
+    if (!report.advanced()) throw StepFailure(std::move(report), std::move(run));
+    return run;
   }
 
   const auto n = static_cast<std::size_t>(steps);

@@ -1,8 +1,35 @@
 #include "perp/step/trajectory.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
+#include "perp/core/errors.hpp"
+
 namespace perp {
+
+std::string_view name_of(EventKind kind) {
+  switch (kind) {
+    case EventKind::Touch:
+      return "touch";
+    case EventKind::Lift:
+      return "lift";
+    case EventKind::Stick:
+      return "stick";
+    case EventKind::Slip:
+      return "slip";
+    case EventKind::Reverse:
+      return "reverse";
+    case EventKind::Stop:
+      return "stop";
+    case EventKind::Impact:
+      return "impact";
+    case EventKind::Zeno:
+      return "zeno";
+    case EventKind::Painleve:
+      return "painleve";
+  }
+  return "";
+}
 
 Trajectory::Trajectory(const State& x, std::size_t steps)
     : nq_(static_cast<std::size_t>(x.q.size())),
@@ -68,6 +95,14 @@ StepReport Trajectory::report(std::size_t step) const {
   report.point_names = point_names_;
   report.joint_names = joint_names_;
   return report;
+}
+
+State Trajectory::at(double t) const {
+  if (!between) refuse("Trajectory::at", "run", "of fixed steps", "needs a method that chooses its steps");
+  if (size() == 0 || !(t >= t_.front() && t <= t_.back()))
+    refuse("Trajectory::at", "t", t, "needs to be within the run");
+  const auto i = static_cast<std::size_t>(std::upper_bound(t_.begin(), t_.end(), t) - t_.begin()) - 1;
+  return t == t_[i] ? state(i) : between(state(i), i, t);
 }
 
 }  // namespace perp

@@ -28,6 +28,10 @@ struct RunFilesOptions {
 ///   what the joint's equations give to b at its anchor there, world axes [N, N m], friction what its dry friction gives along
 ///   the coordinate; mode stick where friction holds it, else slip.
 ///
+/// events.csv, of methods that locate events: t,kind,contact,before,after; modes open, stick, slip. There the trajectory has the
+///   accepted steps and two rows at an event, the second of length 0, where an impact's contacts have impulses and no force; f is
+///   the force at t.
+///
 /// Each file appears whole or not at all. Throws std::invalid_argument if every < 1 or a file cannot be made,
 /// std::runtime_error if the disk refuses what is written.
 void write_run(const std::filesystem::path& folder, const Model& model, const Trajectory& run,

@@ -5,18 +5,20 @@
 #include <string_view>
 #include <vector>
 
-#include "perp/step/stepper.hpp"
+#include "perp/step/event_driven.hpp"
 
 namespace perp {
 
 /// What may be chosen for a method from outside; each uses what concerns it.
 struct MethodOptions {
-  int edges = 8;  ///< of the friction polygon, in linear methods
+  int edges = 8;                               ///< of the friction polygon, in linear methods
+  double tolerance = 1e-10;                    ///< rtol = atol of methods that choose their steps
+  Integrator integrator = Integrator::Arkode;  ///< of `event`
 };
 
 struct Method {
   std::string_view name;
-  int order;              ///< in smooth motion
+  int order;              ///< in smooth motion; 0: set by a tolerance, the method chooses its steps
   bool polygonal;         ///< whether `edges` matters to it
   std::string_view what;  ///< one phrase
   std::unique_ptr<Stepper> (*make)(const MethodOptions&);

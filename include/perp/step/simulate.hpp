@@ -9,8 +9,8 @@
 namespace perp {
 
 struct SimulateOptions {
-  double t_end = not_set;                  ///< [s] > x.t; required
-  double h = not_set;                      ///< [s] > 0; required by steppers of fixed step
+  double t_end = not_set;  ///< [s] > x.t; required
+  double h = not_set;  ///< [s] > 0; required by steppers of fixed step; of others rows at its multiples too
   bool project_initial = false;            ///< first moves x onto its constraints (project_onto_constraints)
   double max_correction_speed = infinity;  ///< cap on the speed at which an overlap is pushed out [m/s]
   std::function<bool(double t)> progress = {};  ///< called after every step; false ends the run there
@@ -25,7 +25,8 @@ class StepFailure : public std::runtime_error {
   const Trajectory trajectory;  ///< all steps before it
 };
 
-/// Takes n = max(1, round((t_end - x.t)/h)) steps of (t_end - x.t)/n, so that t_k = x.t + k (t_end - x.t)/n.
+/// Takes n = max(1, round((t_end - x.t)/h)) steps of (t_end - x.t)/n, so that t_k = x.t + k (t_end - x.t)/n. A method
+/// that chooses its steps (EventDriven) takes its own, and only needs t_end.
 /// Throws StepFailure at the first step that does not advance; std::invalid_argument for options or a state that it
 /// cannot take.
 [[nodiscard]] Trajectory simulate(const Model& model, Stepper& stepper, const State& x,

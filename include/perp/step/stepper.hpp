@@ -53,14 +53,15 @@ struct StepFigures {
 
 /// One contact point in reach during a step. World axes.
 struct ContactRow {
-  int contact = 0;                       ///< in Model::contacts()
-  int point = 0;                         ///< among all points of the model
-  double gap = not_set;                  ///< at the end of the step [m]; NaN of a contact out of reach
-  double p_n = 0;                        ///< normal impulse >= 0 [N s]
-  Vector3 normal = Vector3::Zero();      ///< from a to b
-  Vector3 position = Vector3::Zero();    ///< where the impulse acts [m]
-  Vector3 impulse = Vector3::Zero();     ///< on b over the step, normal and friction [N s]
-  ContactMode mode = ContactMode::Open;  ///< Slip for a closed contact without friction
+  int contact = 0;                             ///< in Model::contacts()
+  int point = 0;                               ///< among all points of the model
+  double gap = not_set;                        ///< at the end of the step [m]; NaN of a contact out of reach
+  double p_n = 0;                              ///< normal impulse >= 0 [N s]
+  Vector3 normal = Vector3::Zero();            ///< from a to b
+  Vector3 position = Vector3::Zero();          ///< where the impulse acts [m]
+  Vector3 impulse = Vector3::Zero();           ///< on b over the step, normal and friction [N s]
+  Vector3 force = Vector3::Constant(not_set);  ///< at the end of the step, of methods that know it [N]
+  ContactMode mode = ContactMode::Open;        ///< Slip for a closed contact without friction
 };
 
 /// A joint's part in a step: one for each of its coordinates, or a single one if it has none. World axes.

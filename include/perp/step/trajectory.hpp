@@ -1,6 +1,7 @@
 // A run: states, and what every step said of itself.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -8,6 +9,29 @@
 #include "perp/step/stepper.hpp"
 
 namespace perp {
+
+enum class EventKind {
+  Touch,    ///< a contact closes without a jump of velocities
+  Lift,     ///< it opens
+  Stick,    ///< sliding ends
+  Slip,     ///< sliding begins
+  Reverse,  ///< sliding goes on the other way
+  Stop,     ///< a joint's limit closes
+  Impact,   ///< velocities jump
+  Zeno,     ///< infinitely many events, or too many: carried across
+  Painleve  ///< CP1 had no solution, or several
+};
+
+[[nodiscard]] std::string_view name_of(EventKind kind);  ///< "touch", "lift", ...
+
+/// What happened at one time to one contact point or joint.
+struct Event {
+  double t = 0;
+  EventKind kind = EventKind::Touch;
+  std::string contact;                     ///< name of the contact point or the joint; empty: of none alone
+  ContactMode before = ContactMode::Open;  ///< of a joint: Stick or Slip
+  ContactMode after = ContactMode::Open;
+};
 
 /// States at t_0 .. t_n and the reports of the n steps between them. Stored flat: what a step adds is copied into space
 /// reserved at the start.
@@ -30,6 +54,17 @@ class Trajectory {
   const StepFigures& figures(std::size_t step) const { return figures_[step]; }
   StepReport report(std::size_t step) const;  ///< of the step to state(step + 1)
 
+  /// The state at any time of the run, of methods that choose their steps: integrated anew from the last state before t, to the
+  /// run's own tolerance; just after an event if t is one. Throws std::invalid_argument for a time outside the run, and
+  /// for runs of fixed steps, whose states are all there is.
+  State at(double t) const;
+
+  std::vector<Event> events;  ///< in order of time, of methods that locate them
+  long evaluations = 0;       ///< of the right-hand side, of methods that have one
+
+  /// How at() goes on from state i to t.
+  std::function<State(const State& from, std::size_t i, double t)> between;
+
  private:
   std::size_t nq_ = 0, nv_ = 0, windings_ = 0;
   std::vector<double> t_, q_, nu_, winding_;
@@ -38,6 +73,23 @@ class Trajectory {
   std::vector<JointImpulse> joints_;
   std::vector<std::size_t> contacts_end_, joints_end_;  // of each step, in the two above
   std::shared_ptr<const std::vector<std::string>> point_names_, joint_names_;
+};
+
+/// What simulate() asks of a method that chooses its steps.
+struct RunRequest {
+  double t_end = not_set;
+  double h = not_set;  ///< rows at its multiples too, if set
+  std::function<bool(double t)> progress = {};
+};
+
+/// A method that chooses its steps by a tolerance: it takes whole runs.
+class AdaptiveStepper : public Stepper {
+ public:
+  virtual double tolerance() const = 0;
+
+  /// From run.back() to t_end, adding rows and events. The report is that of the step at which it ended: if not advanced(), t_end was
+  /// not reached.
+  [[nodiscard]] virtual StepReport run(const Model& model, Trajectory& run, const RunRequest& request) = 0;
 };
 
 }  // namespace perp

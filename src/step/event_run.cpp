@@ -1,0 +1,359 @@
+#include "step/event_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "perp/core/errors.hpp"
+#include "perp/step/simulate.hpp"
+#include "step/inelastic_step.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+State EventContinuation::go_on(const State& from, std::size_t row, double t) const {
+  auto stretch = std::upper_bound(stretches.begin(), stretches.end(), row,
+                                  [](std::size_t i, const Stretch& s) { return i < s.row; });
+  --stretch;
+  ModeDynamics dynamics(model);
+  (void)dynamics.begin(from, stretch->modes, stretch->small_speed);
+  const auto integrator = make_integrator(Integrator::Arkode, dynamics, options.rtol,
+                                          std::isnan(options.atol) ? options.rtol : options.atol);
+  State x = from;
+  bool fine = integrator->start(x, t - x.t);
+  while (fine && x.t < t) fine = integrator->step(t, x);
+  if (integrator->thrown) std::rethrow_exception(integrator->thrown);
+  if (!fine) throw std::runtime_error("Trajectory::at: the integrator failed: " + integrator->message);
+  return x;
+}
+
+EventRun::EventRun(const Model& model, const EventDrivenOptions& options, Trajectory& out)
+    : model_(model), options_(options), out_(out), dynamics_(model) {
+  const double atol = std::isnan(options.atol) ? options.rtol : options.atol;
+  integrator_ = make_integrator(options.integrator, dynamics_, options.rtol, atol);
+  local_ = make_integrator(options.integrator, dynamics_, options.rtol, atol);
+  now_.x = out.back();
+  continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, options, {}});
+  out_.between = [kept = continuation_](const State& from, std::size_t i, double t) {
+    return kept->go_on(from, i, t);
+  };
+}
+
+bool EventRun::fail(StepStatus status, const std::string& why) {
+  report = {};
+  report.t = now_.x.t;
+  report.status = status;
+  report.solver = integrator_ ? integrator_->name() : "none";
+  report.message = why;
+  report.point_names = model_.point_names();
+  return false;
+}
+
+bool EventRun::run(const RunRequest& request) {
+  if (!integrator_) return fail(StepStatus::NotSolved, "this perp was built without SUNDIALS");
+  const double t0 = now_.x.t, length = request.t_end - t0;
+  const double rows = std::isnan(request.h) ? 1 : std::max(1.0, std::round(length / request.h));
+  const bool reached = begin() && [&] {
+    for (double k = 1; k <= rows; ++k) {
+      const double stop = k == rows ? request.t_end : t0 + k * length / rows;
+      while (now_.x.t < stop) {
+        if (!advance(stop)) return false;
+        if (request.progress && !request.progress(now_.x.t)) return true;
+      }
+    }
+    return true;
+  }();
+  out_.evaluations = dynamics_.evaluations;
+  return reached;
+}
+
+/// The first modes. Small violations are moved away, larger ones are the caller's.
+bool EventRun::begin() {
+  perp::evaluate(model_, now_.x, instant_);
+  if (!instant_.fault.empty()) return fail(StepStatus::NotFinite, instant_.fault);
+  scales_ = scales_of(model_, now_.x, instant_);
+  const double allowed = 1e-8 * scales_.length;
+  if (instant_.gap_min() < -allowed || instant_.joint_error() > allowed)
+    return fail(StepStatus::NotSolved, "the run starts with an overlap of " +
+                                           shortest(std::max(0.0, -instant_.gap_min())) +
+                                           " m and a joint error of " + shortest(instant_.joint_error()) +
+                                           "; project_onto_constraints (project_initial) moves it away");
+  if (instant_.gap_min() < -scales_.small_gap() || instant_.joint_error() > scales_.small_gap()) {
+    const Projection moved = project_onto_constraints(model_, now_.x);
+    if (!moved.reached)
+      return fail(StepStatus::NotSolved, "no state near the first one satisfies its constraints");
+  }
+  double joint_rate = 0;
+  for (const JointRowInstant& row : instant_.joint_rows)
+    joint_rate = std::max(joint_rate, std::abs(row.velocity(now_.x.nu)));
+  if (joint_rate > scales_.small_speed() && !jump(false))
+    return false;  // a joint that is jerked at the start
+  modes_.joints.assign(model_.joints().size(), 0);
+  modes_.joints.resize(instant_.joint_frictions.size());
+  const std::size_t events = out_.events.size();
+  if (!settle({})) return false;
+  if (jump_rows_.empty()) out_.events.resize(events);  // modes at the start are no events
+  if (jump_rows_.empty())
+    continuation_->stretches.push_back({0, modes_, scales_.small_speed()});
+  else
+    add_jump_row();
+  return true;
+}
+
+/// One step of the integrator, up to the first event in it.
+bool EventRun::advance(double t_stop) {
+  if (restart_) {
+    if (!integrator_->start(now_.x, std::min(natural_step_, t_stop - now_.x.t)))
+      return carry_across(t_stop, integrator_->message);
+    restart_ = false;
+  }
+  State end = now_.x;
+  const double time_scale = scales_.speed > 0 ? scales_.length / scales_.speed : infinity;
+  if (t_stop - now_.x.t <= std::min(1e-9 * time_scale, 1e-9 * (t_stop - out_.t(0)))) {
+    // too short for the integrator: a Taylor step is exact to rounding
+    EventSample last;
+    if (!state_at(t_stop, last)) return fail(StepStatus::NotFinite, "the state is not finite");
+    end = last.x;
+    restart_ = true;
+  } else if (!integrator_->step(t_stop, end)) {
+    if (integrator_->thrown) std::rethrow_exception(integrator_->thrown);
+    return carry_across(t_stop, integrator_->message);
+  }
+  if (!end.q.allFinite() || !end.nu.allFinite())
+    return fail(StepStatus::NotFinite, "the integrator's answer is not finite");
+  if (end.t < t_stop) natural_step_ = end.t - now_.x.t;
+
+  EventSample to = sample(end);
+  if (to.nu_dot.size() == 0 && model_.nv() > 0) return carry_across(t_stop, "forces are not finite");
+  const EventSample middle = sample(half_way(now_, to));
+  EventSample high;
+  if (bracket(middle, to, high)) {
+    EventSample found;
+    std::vector<Root> triggers;
+    if (!locate(high, found, triggers)) return fail(StepStatus::NotSolved, "an event was not located");
+    if (found.x.t > now_.x.t) {
+      const EventSample between = sample(half_way(now_, found));
+      add_row(now_, between, found);
+    }
+    return handle_event(found.x, triggers);
+  }
+  add_row(now_, middle, to);
+  model_.follow_turns(to.x);
+  now_ = std::move(to);
+  for (std::size_t i = 0; i < roots_.size(); ++i)
+    roots_[i].armed = roots_[i].armed || now_.g[static_cast<Eigen::Index>(i)] > roots_[i].vague;
+  dynamics_.begin_step(now_.x);
+  return true;
+}
+
+bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
+  now_.x = x;
+  model_.follow_turns(now_.x);
+  restart_ = true;
+  if (too_many_events()) return carry_across(infinity, "too many events");
+  const Modes before = modes_;
+  resting_.clear();
+  (void)dynamics_.rows(now_.x);
+  for (std::size_t i = 0; i < modes_.contacts.size(); ++i)
+    if (triggered(triggers, Root::ContactRests, modes_.contacts[i].point) &&
+        dynamics_.as_good_as_stopped(now_.x, i))
+      resting_.push_back(modes_.contacts[i].point);
+  if (!settle(triggers)) return false;
+  log_changes(before, triggers);
+  add_jump_row();
+  return true;
+}
+
+/// More than forty events in a time that counts for nothing: modes that change for ever.
+bool EventRun::too_many_events() {
+  event_times_.push_back(now_.x.t);
+  if (event_times_.size() > 40) event_times_.pop_front();
+  const double time_scale = scales_.length / scales_.speed;
+  return event_times_.size() == 40 && event_times_.back() - event_times_.front() < 1e-6 * time_scale;
+}
+
+/// Jumps of velocity until nothing approaches, then the modes that CP1 says.
+bool EventRun::settle(const std::vector<Root>& triggers) {
+  State& x = now_.x;
+  jump_rows_.clear();
+  jumped_.clear();
+  jump_energy_ = jump_friction_ = 0;
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    perp::evaluate(model_, x, instant_);
+    if (!instant_.fault.empty()) return fail(StepStatus::NotFinite, instant_.fault);
+    scales_.widen(scales_of(model_, x, instant_));
+    const bool approach =
+        std::any_of(instant_.contacts.begin(), instant_.contacts.end(), [&](const ContactInstant& c) {
+          return c.psi_n <= scales_.small_gap() && c.velocity(x.nu).x() < -scales_.small_speed();
+        });
+    if (approach) {
+      if (!jump(false)) return fail(StepStatus::NotSolved, "an impact was not solved");
+      continue;
+    }
+    // what is at rest but for rounding comes to rest; then CP1
+    Modes closed = modes_by_velocity(model_, x, instant_, scales_);
+    for (ClosedContact& c : closed.contacts)
+      c.slides = c.slides && std::find(resting_.begin(), resting_.end(), c.point) == resting_.end();
+    if (const std::string fault = dynamics_.begin(x, closed, scales_.small_speed()); !fault.empty())
+      return fail(StepStatus::NotFinite, fault);
+    if (!std::isfinite(dynamics_.project(x))) return fail(StepStatus::NotFinite, "the state is not finite");
+    perp::evaluate(model_, x, instant_);
+    problem_.assemble(model_, x, instant_, closed);
+    const AccelerationAnswer answer = problem_.solve(model_, {});
+    if (answer.status == Cp1Status::None) {
+      const std::size_t rows = jump_rows_.size();
+      if (!jump(true) || jump_rows_.size() == rows)
+        return fail(StepStatus::NotSolved, "CP1 has no solution, and no impact without collision was found");
+      continue;
+    }
+    const Modes before = modes_;
+    take_modes(closed, instant_, answer, triggers);
+    if (answer.status == Cp1Status::Several)
+      for (const ClosedContact& c : closed.contacts)
+        if (c.slides)
+          log(EventKind::Painleve, (*model_.point_names())[at(c.point)], mode_in(before, model_, c.point),
+              mode_in(modes_, model_, c.point));
+    if (const std::string fault = dynamics_.begin(x, modes_, scales_.small_speed()); !fault.empty())
+      return fail(StepStatus::NotFinite, fault);
+    dynamics_.speed_error =
+        options_.rtol * scales_.speed + (std::isnan(options_.atol) ? options_.rtol : options_.atol);
+    resting_.clear();
+    list_roots();
+    now_ = sample(State(x));
+    for (std::size_t i = 0; i < roots_.size() && now_.g.size() > 0; ++i)
+      roots_[i].armed = now_.g[static_cast<Eigen::Index>(i)] > roots_[i].vague;
+    if (now_.nu_dot.size() == 0 && model_.nv() > 0)
+      return fail(StepStatus::NotFinite, "forces are not finite");
+    dynamics_.begin_step(now_.x);
+    return true;
+  }
+  return fail(StepStatus::NotSolved, "impacts follow each other without end at t = " + shortest(x.t));
+}
+
+void EventRun::take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
+                          const std::vector<Root>& triggers) {
+  const double small = 1e-8 * problem_.acceleration_scale;
+  modes_.contacts.clear();
+  for (std::size_t i = 0; i < closed.contacts.size(); ++i) {
+    ClosedContact contact = closed.contacts[i];
+    const ContactInstant& c = instant.contacts[at(problem_.contact_index[i])];
+    const Vector3 f = answer.force[i], a = answer.acceleration[i];
+    if (a.x() > small) continue;
+    if (mobility(model_, c) * f.x() <= small && triggered(triggers, Root::Lift, contact.point)) continue;
+    if (!contact.slides && c.tangents > 0) {
+      const Vector2 a_f = a.tail<2>(), f_f = f.tail<2>();
+      const bool at_limit = triggered(triggers, Root::ContactSlips, contact.point) && f_f.norm() > 0 &&
+                            f_f.norm() >= c.mu * f.x() * (1 - 1e-6);
+      if (a_f.norm() > small || at_limit) {
+        const Vector2 d = a_f.norm() > small ? Vector2(a_f.normalized()) : Vector2(-f_f.normalized());
+        contact.slides = true;
+        contact.direction = d.x() * c.frame.col(1) + d.y() * c.frame.col(2);
+      }
+    }
+    modes_.contacts.push_back(contact);
+  }
+  modes_.joints = closed.joints;
+  for (std::size_t i = 0; i < closed.joints.size(); ++i) {
+    if (closed.joints[i] != 0) continue;
+    const double a = answer.joint_acceleration[static_cast<Eigen::Index>(i)];
+    const double f = answer.joint_force[static_cast<Eigen::Index>(i)];
+    if (std::abs(a) > small)
+      modes_.joints[i] = a > 0 ? 1 : -1;
+    else if (triggered(triggers, Root::JointSlips, static_cast<int>(i)) && f != 0)
+      modes_.joints[i] = f > 0 ? -1 : 1;
+  }
+}
+
+bool EventRun::jump(bool jam) {
+  ImpactOptions options{.restitution = options_.restitution,
+                        .without_collision = jam,
+                        .small_gap = scales_.small_gap(),
+                        .inelastic = {}};
+  State& x = now_.x;
+  perp::evaluate(model_, x, instant_);
+  for (const ContactInstant& c : instant_.contacts) {
+    const double approach = -c.velocity(x.nu).x();
+    if (c.e > 0 && c.psi_n <= scales_.small_gap() && approach > scales_.small_speed() &&
+        inelastic(c.point, approach))
+      options.inelastic.push_back(c.point);
+  }
+  const Impact impact = solve_impact(model_, x, options);
+  if (!impact.solved) return false;
+  State after = x;
+  after.nu = impact.nu;
+  double friction = 0;
+  for (const ImpactContact& c : impact.contacts) {
+    if (!(c.p_n > 0)) continue;
+    const ContactInstant& s = instant_.contacts[at(instant_.contact_of_point[at(c.point)])];
+    const Vector3 mean = 0.5 * (s.velocity(x.nu) + s.velocity(after.nu)), p = s.frame.transpose() * c.impulse;
+    friction += p.tail<2>().dot(mean.tail<2>());
+    jump_rows_.push_back({.contact = c.contact,
+                          .point = c.point,
+                          .gap = s.psi_n,
+                          .p_n = c.p_n,
+                          .normal = s.frame.col(0),
+                          .position = s.position,
+                          .impulse = c.impulse,
+                          .mode = c.mode});
+    const bool still =
+        std::find(options.inelastic.begin(), options.inelastic.end(), c.point) != options.inelastic.end();
+    if (std::none_of(jumped_.begin(), jumped_.end(), [&](const Jumped& j) { return j.point == c.point; }))
+      jumped_.push_back({c.point,
+                         jam     ? EventKind::Painleve
+                         : still ? EventKind::Zeno
+                                 : EventKind::Impact,
+                         mode_in(modes_, model_, c.point)});
+  }
+  jump_energy_ += impact.energy - friction;
+  jump_friction_ += friction;
+  x.nu = impact.nu;
+  return true;
+}
+
+/// Whether a contact's bounces are as good as over: they follow each other ever faster, and the next would rise by less than
+/// the tolerance, or they are very many.
+bool EventRun::inelastic(int point, double approach) {
+  Bounces& b = bounces_[point];
+  const double interval = now_.x.t - b.last;
+  if (interval <= 0) return false;
+  b.chain = interval < b.interval ? b.chain + 1 : 0;
+  b.interval = interval;
+  b.last = now_.x.t;
+  constexpr int few = 8, very_many = 60;
+  const double rise = approach * interval / 4;
+  return (b.chain >= few && rise < options_.rtol * scales_.length) || b.chain >= very_many;
+}
+
+/// Where modes change for ever, or the equations of the modes have no solution: a step of the time-stepping method, which always has one.
+bool EventRun::carry_across(double t_stop, const std::string& why) {
+  constexpr int most = 200;
+  if (++carried_ > most) return fail(StepStatus::NotSolved, why);
+  const Modes before = modes_;
+  const double h = std::min(1e-4 * scales_.length / scales_.speed, t_stop - now_.x.t);
+  report = {};
+  if (!inelastic_step(model_, now_.x, h, report))
+    return fail(StepStatus::NotSolved, why + "; nor could a step across it be made");
+  report.t = now_.x.t;
+  report.h = h;
+  report.status = StepStatus::Solved;
+  report.solver = "inelastic-step";
+  perp::evaluate(model_, now_.x, instant_);
+  report.gap_min = instant_.gap_min();
+  report.joint_error = report.residuals.joints = instant_.joint_error();
+  report.energy = model_.energy(now_.x);
+  report.point_names = model_.point_names();
+  out_.add(now_.x, report);
+  event_times_.clear();
+  restart_ = true;
+  natural_step_ = 0;
+  if (!settle({})) return false;
+  log(EventKind::Zeno, "", ContactMode::Open, ContactMode::Open);
+  log_changes(before, {});
+  add_jump_row();
+  return true;
+}
+
+}  // namespace perp

@@ -1,0 +1,141 @@
+// One run of the event-driven method: stretches of fixed modes, and what happens between them.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "perp/step/event_driven.hpp"
+#include "step/acceleration_problem.hpp"
+#include "step/integrator.hpp"
+
+namespace perp {
+
+/// What ends a mode: a function g of the state that falls through zero.
+struct Root {
+  enum Kind {
+    Touch,         ///< psi_n of an open contact
+    Lift,          ///< c_n of a closed one
+    ContactRests,  ///< u_f . d of one that slides, d the direction of u_f at the start of the step
+    ContactSlips,  ///< mu c_n - |c_f| of one that sticks
+    JointRests,    ///< rate of a joint with friction, times its sign
+    JointSlips     ///< c_max - |c_bf| of one at rest
+  };
+  Kind kind = Touch;
+  int index = 0;     ///< the point, or the joint friction
+  double small = 0;  ///< |g| below which g is zero but for rounding
+  double vague =
+      0;  ///< |g| below which it is so for one that starts from zero, where the integrator's error counts
+  bool armed = false;  ///< it has been above zero in this stretch
+
+  bool fell(double g) const { return g < -(armed ? small : vague); }
+};
+
+/// The system at one state of a stretch: what rows, energies and root functions are made of.
+struct EventSample {
+  State x;
+  Vector nu_dot;
+  std::vector<Vector3> force, velocity;  ///< of each closed contact, along n, t, o
+  Vector joint_force, joint_rate;        ///< of each joint friction
+  Vector g, g_rate;                      ///< of the roots; the rate of Touch alone
+};
+
+[[nodiscard]] bool triggered(const std::vector<Root>& triggers, Root::Kind kind, int index);
+/// Of a contact point in these modes; Slip if it is closed without friction.
+[[nodiscard]] ContactMode mode_in(const Modes& modes, const Model& model, int point);
+/// How much a unit of normal force accelerates a contact's bodies apart [1/kg].
+[[nodiscard]] double mobility(const Model& model, const ContactInstant& c);
+
+/// What Trajectory::at needs: the model, and the modes that hold from a row on.
+struct EventContinuation {
+  Model model;
+  EventDrivenOptions options;
+  struct Stretch {
+    std::size_t row;
+    Modes modes;
+    double small_speed;
+  };
+  std::vector<Stretch> stretches;
+
+  /// From the state of a row to t before the next, by an integration of its own.
+  State go_on(const State& from, std::size_t row, double t) const;
+};
+
+/// State and modes of a run that goes on: adds rows and events to a trajectory.
+class EventRun {
+ public:
+  EventRun(const Model& model, const EventDrivenOptions& options, Trajectory& out);
+
+  /// Rows up to t_end, or to where `progress` ends it. False, and `report` says why, where it cannot go on.
+  bool run(const RunRequest& request);
+
+  StepReport report;  ///< of the last row, or of what failed
+
+ private:
+  bool fail(StepStatus status, const std::string& why);
+  bool begin();
+  bool advance(double t_stop);
+  bool handle_event(const State& x, const std::vector<Root>& triggers);
+  bool settle(const std::vector<Root>& triggers);
+  bool jump(bool jam);
+  bool carry_across(double t_stop, const std::string& why);
+  bool too_many_events();
+  void take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
+                  const std::vector<Root>& triggers);
+  void list_roots();
+
+  EventSample sample(const State& x);
+  void read_roots(EventSample& s);
+  bool forces_are_feasible(const EventSample& s);
+  State half_way(const EventSample& a, const EventSample& b) const;
+  bool state_at(double t, EventSample& s);
+  bool bracket(const EventSample& middle, const EventSample& end, EventSample& high);
+  double lowest_touch(std::size_t root, const EventSample& a, const EventSample& b) const;
+  bool locate(const EventSample& high, EventSample& found, std::vector<Root>& triggers);
+  bool solve_root(std::size_t root, const EventSample& low, const EventSample& high, EventSample& found);
+
+  bool inelastic(int point, double approach);
+  void log_changes(const Modes& before, const std::vector<Root>& triggers);
+  void log(EventKind kind, const std::string& name, ContactMode before, ContactMode after);
+  void add_row(const EventSample& from, const EventSample& middle, const EventSample& to);
+  void add_jump_row();
+  void certify(const EventSample& s);
+
+  const Model& model_;
+  const EventDrivenOptions& options_;
+  Trajectory& out_;
+  ModeDynamics dynamics_;
+  std::unique_ptr<ModeIntegrator> integrator_, local_;
+  AccelerationProblem problem_;
+  Instant instant_;
+  Scales scales_;
+  Modes modes_;
+  std::vector<Root> roots_;
+  EventSample now_;
+  bool restart_ = true;
+  double natural_step_ = 0;  // of the integrator, where nothing cut it short
+  int carried_ = 0;
+  long evaluations_before_ = 0;
+
+  std::vector<ContactRow> jump_rows_;  // of the event in hand
+  double jump_energy_ = 0, jump_friction_ = 0;
+  struct Jumped {
+    int point;
+    EventKind kind;
+    ContactMode before;
+  };
+  std::vector<Jumped> jumped_;
+  std::vector<int> resting_;  // points whose sliding came to an end
+  std::deque<double> event_times_;
+  struct Bounces {
+    double last = -infinity, interval = infinity;
+    int chain = 0;
+  };
+  std::map<int, Bounces> bounces_;  // by point
+
+  std::shared_ptr<EventContinuation> continuation_;
+};
+
+}  // namespace perp

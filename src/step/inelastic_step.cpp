@@ -1,0 +1,102 @@
+#include "step/inelastic_step.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "perp/instant/reduced_system.hpp"
+#include "perp/solve/friction_solver.hpp"
+#include "perp/step/simulate.hpp"
+
+namespace perp {
+
+bool inelastic_step(const Model& model, State& x, double h, StepReport& report) {
+  Instant s;
+  evaluate(model, x, s);
+  if (!s.fault.empty()) return false;
+  Vector nu_free;
+  solve_mass(model, s.k, nu_free);
+  nu_free = x.nu + h * nu_free;
+
+  Island island;
+  island.joint_rows.resize(s.joint_rows.size());
+  std::iota(island.joint_rows.begin(), island.joint_rows.end(), 0);
+  island.joint_frictions.resize(s.joint_frictions.size());
+  std::iota(island.joint_frictions.begin(), island.joint_frictions.end(), 0);
+  Vector joint_bias(static_cast<Eigen::Index>(s.joint_rows.size()));
+  for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
+    joint_bias[static_cast<Eigen::Index>(i)] = s.joint_rows[i].psi_b / h + s.joint_rows[i].psi_b_t;
+
+  State moved = x;
+  ReducedSystem reduced;
+  Vector r, impulse, reactions(joint_bias.size());
+  std::vector<char> taken(s.contacts.size(), 0);
+  for (bool added = true; added;) {
+    added = false;
+    const Vector& nu = island.contacts.empty() ? nu_free : moved.nu;
+    for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+      if (taken[i] != 0 || s.contacts[i].psi_n + h * s.contacts[i].velocity(nu).x() > 0) continue;
+      taken[i] = 1;
+      added = true;
+      island.contacts.insert(std::upper_bound(island.contacts.begin(), island.contacts.end(), int(i)),
+                             int(i));
+    }
+    if (!added && r.size() > 0) break;
+    reduced.assemble(model, s, island, nu_free, joint_bias);
+    FrictionProblem problem;
+    problem.W = reduced.W;
+    problem.q = reduced.q;
+    std::vector<double> mu;
+    for (std::size_t i = 0; i < island.contacts.size(); ++i) {
+      const ContactInstant& c = s.contacts[static_cast<std::size_t>(island.contacts[i])];
+      problem.kinds.push_back(c.tangents == 0   ? BlockKind::HalfLine
+                              : c.tangents == 1 ? BlockKind::Planar
+                                                : BlockKind::Cone);
+      problem.q[reduced.rows_of(static_cast<int>(i))] += c.psi_n / h;
+      mu.push_back(c.mu);
+    }
+    for (const JointRowInstant& joint : s.joint_frictions) {
+      problem.kinds.push_back(BlockKind::Interval);
+      mu.push_back(h * joint.friction);
+    }
+    problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+    r.setZero(reduced.size());
+    if (problem.rows() > 0) {
+      const FrictionSolution solution = solve_friction(problem);
+      if (!solution.solved()) return false;
+      r = solution.r;
+      report.iterations += solution.iterations;
+    }
+    impulse.setZero(model.nv());
+    reduced.add_impulses(s, island, r, impulse, reactions);
+    solve_mass(model, impulse, moved.nu);
+    moved.nu += nu_free;
+  }
+  move(model, moved.nu, h, moved.q);
+  moved.t = x.t + h;
+  model.follow_turns(moved);
+  if (!moved.q.allFinite() || !moved.nu.allFinite() || !project_onto_constraints(model, moved).reached)
+    return false;
+
+  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
+    const ContactInstant& c = s.contacts[static_cast<std::size_t>(island.contacts[i])];
+    const int row = reduced.rows_of(static_cast<int>(i));
+    Vector3 p = Vector3::Zero();
+    p.head(1 + c.tangents) = r.segment(row, 1 + c.tangents);
+    if (!(p.x() > 0)) continue;
+    report.contacts.push_back({.contact = c.contact,
+                               .point = c.point,
+                               .gap = 0,
+                               .p_n = p.x(),
+                               .normal = c.frame.col(0),
+                               .position = c.position,
+                               .impulse = c.frame * p,
+                               .force = c.frame * p / h,
+                               .mode = c.tangents > 0 && p.tail<2>().norm() < c.mu * p.x() * (1 - 1e-9)
+                                           ? ContactMode::Stick
+                                           : ContactMode::Slip});
+  }
+  x = moved;
+  return true;
+}
+
+}  // namespace perp

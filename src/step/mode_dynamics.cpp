@@ -1,0 +1,303 @@
+#include "step/mode_dynamics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace perp {
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+template <int C>
+void fill_column(const WrenchMap<C>& W, int column, double factor, int target, Matrix& out) {
+  for (int i = 0; i < W.na; ++i) out(W.va + i, target) += factor * W.A(i, column);
+  for (int i = 0; i < W.nb; ++i) out(W.vb + i, target) += factor * W.B(i, column);
+}
+
+/// M^-1 of every column.
+void solve_mass_columns(const Model& model, const Matrix& F, Matrix& out) {
+  out.resize(F.rows(), F.cols());
+  for (Eigen::Index j = 0; j < F.cols(); ++j)
+    for (const Body& body : model.bodies())
+      if (body.nv > 0) solve_mass(body, F.col(j).data() + body.v0, out.col(j).data() + body.v0);
+}
+
+constexpr double uncertain =
+    300;  // times the error of a velocity: its direction is known to a few thousandths [-]
+
+/// u_f in world axes.
+Vector3 tangential(const ContactInstant& c, const State& x) {
+  const Vector3 u = c.velocity(x.nu);
+  Vector3 u_f = Vector3::Zero();
+  for (int t = 1; t <= c.tangents; ++t) u_f += u[t] * c.frame.col(t);
+  return u_f;
+}
+
+/// z with N z = rhs, N symmetric positive semidefinite: that of least norm after scaling the diagonal to 1.
+Vector solve_symmetric(const Matrix& N, const Vector& rhs) {
+  const Matrix V = range_basis(N);
+  if (V.size() == 0) return N.llt().solve(rhs);
+  return V * (V.transpose() * N * V).llt().solve(V.transpose() * rhs);
+}
+
+}  // namespace
+
+Matrix range_basis(const Matrix& N) {
+  if (N.rows() == 0) return {};
+  const Vector scale = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Matrix scaled = scale.asDiagonal() * N * scale.asDiagonal();
+  const Eigen::LLT<Matrix> llt(scaled);
+  // a pivot's square root tells whether rows repeat each other
+  if (llt.info() == Eigen::Success && llt.matrixLLT().diagonal().minCoeff() > 1e-6) return {};
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < N.rows(); ++i)
+    if (eigen.eigenvalues()[i] > 1e-11 * static_cast<double>(N.rows())) kept.push_back(i);
+  return scale.asDiagonal() * Matrix(eigen.eigenvectors()(Eigen::all, kept));
+}
+
+std::string ModeDynamics::begin(const State& x, const Modes& modes, double small_speed) {
+  modes_ = modes;
+  V_.resize(0, 0);
+  V_position_.resize(0, 0);
+  const std::size_t n = modes.contacts.size();
+  direction_.assign(n, Vector3::Zero());
+  speed_.assign(n, 0);
+  fastest_.assign(n, 0);
+  straight_.assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i) direction_[i] = modes.contacts[i].direction;
+  if (!rows(x)) return s_.fault.empty() ? "a closed contact's gap is not there any more" : s_.fault;
+  for (std::size_t i = 0; i < n; ++i) {  // the modes' directions are those of their start
+    const Vector3 u_f = tangential(s_.contacts[at(asked_[i])], x);
+    if (modes.contacts[i].slides && u_f.norm() > small_speed) direction_[i] = u_f.normalized();
+  }
+  begin_step(x);
+  assemble(x);
+  solve_mass_columns(model_, R_, Y_);
+  V_ = range_basis(R_.transpose() * Y_);
+  const Matrix R_position = R_(Eigen::all, position_rows_);
+  solve_mass_columns(model_, R_position, Y_);
+  V_position_ = range_basis(R_position.transpose() * Y_);
+  return "";
+}
+
+void ModeDynamics::begin_step(const State& x) {
+  constexpr double stopped = 1e-7;  // of the largest speed: what direction it then has changes nothing [-]
+  for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
+    if (!modes_.contacts[i].slides) continue;
+    const ContactInstant& c = s_.contacts[at(asked_[i])];
+    if (c.tangents == 0) continue;
+    if (c.tangents == 1) {
+      direction_[i] = (c.frame.col(1).dot(direction_[i]) > 0 ? 1 : -1) * c.frame.col(1);
+      continue;
+    }
+    const Vector3 u_f = tangential(c, x);
+    const double speed = u_f.norm();
+    fastest_[i] = std::max(fastest_[i], speed);
+    straight_[i] = speed < speed_[i] && speed < std::max(stopped * fastest_[i], uncertain * speed_error);
+    speed_[i] = speed;
+    if (u_f.dot(direction_[i]) > 0) direction_[i] = u_f / speed;
+  }
+}
+
+double ModeDynamics::sliding_speed(const State& x, std::size_t i) const {
+  return tangential(s_.contacts[at(asked_[i])], x).dot(direction_[i]);
+}
+
+bool ModeDynamics::as_good_as_stopped(const State& x, std::size_t i) const {
+  return straight_[i] != 0 || tangential(s_.contacts[at(asked_[i])], x).norm() <= uncertain * speed_error;
+}
+
+Vector3 ModeDynamics::sliding_direction(const State& x, std::size_t i) const {
+  const ContactInstant& c = s_.contacts[at(asked_[i])];
+  return friction_direction(c, i, c.velocity(x.nu));
+}
+
+/// The direction of u_f, kept as it was at the step's start past the point where u_f goes through zero: so that the right-hand
+/// side is smooth there, and what slides straight does so to the last bit.
+Vector3 ModeDynamics::friction_direction(const ContactInstant& c, std::size_t i, const Vector3& u) const {
+  if (c.tangents == 1) return (c.frame.col(1).dot(direction_[i]) > 0 ? 1 : -1) * c.frame.col(1);
+  if (straight_[i] != 0) return direction_[i];
+  constexpr double straight = 1e-11;  // a turn of less than this in the step is rounding [-]
+  const Vector3 u_f = u[1] * c.frame.col(1) + u[2] * c.frame.col(2);
+  const double along = u_f.dot(direction_[i]), size = u_f.norm();
+  if (size == 0 || (u_f - along * direction_[i]).norm() <= straight * std::max(size, speed_[i]))
+    return direction_[i];
+  return (along >= 0 ? 1 : -1) / size * u_f;
+}
+
+bool ModeDynamics::rows(const State& x) {
+  perp::evaluate(model_, x, s_);
+  if (!s_.fault.empty()) return false;
+  asked_.clear();
+  for (const ClosedContact& c : modes_.contacts) {
+    asked_.push_back(s_.contact_of_point[at(c.point)]);
+    if (asked_.back() < 0) return false;
+  }
+  assemble(x);
+  return true;
+}
+
+void ModeDynamics::assemble(const State& x) {
+  int m = static_cast<int>(s_.joint_rows.size());
+  for (std::size_t i = 0; i < asked_.size(); ++i)
+    m += 1 + (modes_.contacts[i].slides ? 0 : s_.contacts[at(asked_[i])].tangents);
+  for (const int sign : modes_.joints) m += sign == 0 ? 1 : 0;
+  R_.setZero(model_.nv(), m);
+  L_.setZero(model_.nv(), m);
+  velocity_.resize(m);
+  gap_.setZero(m);
+  load_ = s_.k;
+  position_rows_.clear();
+  int row = 0;
+  for (const JointRowInstant& joint : s_.joint_rows) {
+    fill_column(joint.W, 0, 1, row, R_);
+    L_.col(row) = R_.col(row);
+    velocity_[row] = joint.velocity(x.nu);
+    gap_[row] = joint.psi_b;
+    position_rows_.push_back(row++);
+  }
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const ContactInstant& c = s_.contacts[at(asked_[i])];
+    const Vector3 u = c.velocity(x.nu);
+    const int rows = 1 + (modes_.contacts[i].slides ? 0 : c.tangents);
+    for (int t = 0; t < rows; ++t) {
+      fill_column(c.W, t, 1, row + t, R_);
+      L_.col(row + t) = R_.col(row + t);
+      velocity_[row + t] = u[t];
+    }
+    gap_[row] = c.psi_n;
+    position_rows_.push_back(row);
+    if (modes_.contacts[i].slides && c.tangents > 0) {
+      const Vector3 d = friction_direction(c, i, u);
+      for (int t = 1; t <= c.tangents; ++t) fill_column(c.W, t, -c.mu * c.frame.col(t).dot(d), row, L_);
+    }
+    row += rows;
+  }
+  for (std::size_t i = 0; i < modes_.joints.size(); ++i) {
+    const JointRowInstant& joint = s_.joint_frictions[i];
+    if (modes_.joints[i] != 0) {
+      joint.W.add_impulse(WrenchMap<1>::Columns(-modes_.joints[i] * joint.friction), load_);
+      continue;
+    }
+    fill_column(joint.W, 0, 1, row, R_);
+    L_.col(row) = R_.col(row);
+    velocity_[row++] = joint.velocity(x.nu);
+  }
+}
+
+bool ModeDynamics::evaluate(const State& x) {
+  ++evaluations;
+  if (!x.q.allFinite() || !x.nu.allFinite() || !rows(x)) return false;
+  biases_.evaluate(model_, x, s_, asked_);
+  const int m = row_count();
+  solve_mass(model_, load_, free_);
+  if (m > 0) {
+    bias_.resize(m);
+    int row = 0;
+    for (const double b : biases_.joint_rows) bias_[row++] = b;
+    for (std::size_t i = 0; i < asked_.size(); ++i) {
+      const int rows = 1 + (modes_.contacts[i].slides ? 0 : s_.contacts[at(asked_[i])].tangents);
+      bias_.segment(row, rows) = biases_.contacts[at(asked_[i])].head(rows);
+      row += rows;
+    }
+    for (std::size_t i = 0; i < modes_.joints.size(); ++i)
+      if (modes_.joints[i] == 0) bias_[row++] = biases_.joint_frictions[i];
+    if (stabilise > 0) {
+      bias_ += stabilise * velocity_;
+      for (const int i : position_rows_)
+        bias_[i] += stabilise * velocity_[i] + stabilise * stabilise * gap_[i];
+    }
+    solve_mass_columns(model_, L_, Y_);
+    N_.noalias() = R_.transpose() * Y_;
+    b_ = bias_;
+    b_.noalias() += R_.transpose() * free_;
+    if (V_.size() > 0) {
+      const Matrix reduced = V_.transpose() * N_ * V_;
+      lu_.compute(reduced);
+      c_ = -(V_ * lu_.solve(V_.transpose() * b_));
+    } else {
+      lu_.compute(N_);
+      c_ = lu_.solve(b_);
+      c_ = -c_;
+    }
+    if (!c_.allFinite()) return false;
+    free_.noalias() += Y_ * c_;
+  } else {
+    c_.resize(0);
+  }
+  nu_dot = free_;
+
+  force.resize(asked_.size());
+  int row = static_cast<int>(s_.joint_rows.size());
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const ContactInstant& c = s_.contacts[at(asked_[i])];
+    force[i].setZero();
+    if (modes_.contacts[i].slides && c.tangents > 0) {
+      const double c_n = c_[row++];
+      const Vector3 d = friction_direction(c, i, c.velocity(x.nu));
+      force[i].x() = c_n;
+      for (int t = 1; t <= c.tangents; ++t) force[i][t] = -c.mu * c_n * c.frame.col(t).dot(d);
+    } else {
+      force[i].head(1 + c.tangents) = c_.segment(row, 1 + c.tangents);
+      row += 1 + c.tangents;
+    }
+  }
+  joint_force.resize(static_cast<Eigen::Index>(modes_.joints.size()));
+  for (std::size_t i = 0; i < modes_.joints.size(); ++i)
+    joint_force[static_cast<Eigen::Index>(i)] =
+        modes_.joints[i] == 0 ? c_[row++] : -modes_.joints[i] * s_.joint_frictions[i].friction;
+  return true;
+}
+
+double ModeDynamics::project(State& x) {
+  for (const Body& b : model_.bodies())
+    if (b.kind == BodyKind::Spatial) x.q.segment<4>(b.q0 + 3).normalize();
+  const auto violation = [&] {
+    double worst = 0;
+    for (const int i : position_rows_) worst = std::max(worst, std::abs(gap_[i]));
+    return worst;
+  };
+  if (!rows(x)) return infinity;
+  if (row_count() == 0) return 0;
+  double left = violation();
+  for (int iteration = 0; iteration < 8 && left > 0; ++iteration) {
+    const Matrix R = R_(Eigen::all, position_rows_);
+    solve_mass_columns(model_, R, Y_);
+    const Vector d = -(Y_ * solve_symmetric(R.transpose() * Y_, gap_(position_rows_)));
+    const Vector before = x.q;
+    move(model_, d, 1, x.q);
+    if (!rows(x)) return infinity;
+    const double now = violation();
+    if (!(now < left)) {  // rounding
+      x.q = before;
+      (void)rows(x);
+      break;
+    }
+    left = now;
+  }
+  for (int pass = 0; pass < 2; ++pass) {
+    solve_mass_columns(model_, R_, Y_);
+    x.nu -= Y_ * solve_symmetric(R_.transpose() * Y_, velocity_);
+    assemble(x);
+  }
+  return left;
+}
+
+void ModeDynamics::kinematic_map(const State& x, Vector& q_dot) const {
+  q_dot.resize(x.q.size());
+  for (const Body& b : model_.bodies()) {
+    if (b.nv == 0) continue;
+    q_dot.segment<3>(b.q0) = x.nu.segment<3>(b.v0);
+    if (b.kind != BodyKind::Spatial) continue;
+    const auto q = x.q.segment<4>(b.q0 + 3);
+    const auto w = x.nu.segment<3>(b.v0 + 3);
+    q_dot.segment<4>(b.q0 + 3) << 0.5 * (-q[1] * w[0] - q[2] * w[1] - q[3] * w[2]),
+        0.5 * (q[0] * w[0] + q[2] * w[2] - q[3] * w[1]), 0.5 * (q[0] * w[1] + q[3] * w[0] - q[1] * w[2]),
+        0.5 * (q[0] * w[2] + q[1] * w[1] - q[2] * w[0]);
+  }
+}
+
+}  // namespace perp

@@ -1,0 +1,161 @@
+// The event-driven method against every scene whose motion is known.
+#include "perp/step/event_driven.hpp"
+
+#include <cmath>
+
+#include "perp/step/simulate.hpp"
+#include "perp/study/error_measure.hpp"
+#include "perp/study/scene.hpp"
+
+namespace perp {
+namespace {
+
+struct Case {
+  const char* scene;
+  SceneParameters set;
+  double until;
+};
+
+Trajectory run_of(const Scene& s, double tolerance, Integrator integrator, double until) {
+  EventDriven stepper({.rtol = tolerance, .integrator = integrator});
+  return simulate(s.model, stepper, s.start, {.t_end = until});
+}
+
+/// The largest error over all rows but those at events, where the exact motion is just after and a row may be just before.
+double worst_error(const Scene& s, const Trajectory& run) {
+  double worst = 0;
+  for (std::size_t i = 0; i < run.size(); ++i)
+    worst = std::max(worst, configuration_error(s.model, run.state(i), s.exact(run.t(i))));
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("event reaches 1e-10 in configuration on every scene of known motion at tolerance 1e-12",
+          "[event]") {
+  if (!has_sundials()) return;
+  const Case c =
+      GENERATE(Case{"seed-sphere", {}, 0.6}, Case{"oblique-sphere", {}, 2}, Case{"incline-block", {}, 1},
+               Case{"incline-block", {{"v0", -2}}, 1}, Case{"cross-incline", {{"k", 0.5}}, 0.4},
+               Case{"cross-incline", {{"k", 1}}, 0.4}, Case{"cross-incline", {{"k", 1.5}}, 0.6},
+               Case{"bouncing-ball", {{"e", 0.5}}, 1}, Case{"bouncing-ball", {{"e", 0.8}}, 1},
+               Case{"bouncing-ball", {{"e", 0.9}}, 1}, Case{"shaker", {}, 1}, Case{"turntable", {}, 5},
+               Case{"roller-in-cylinder", {}, 1}, Case{"ball-on-sphere", {}, 1.5},
+               Case{"friction-pendulum", {}, 12}, Case{"spring-block", {}, 5}, Case{"three-balls", {}, 0.5},
+               Case{"dzhanibekov", {}, 5}, Case{"heavy-top", {}, 0.3}, Case{"double-pendulum", {}, 3},
+               Case{"slider-crank", {}, 1.3}, Case{"bead-in-ring", {}, 1}, Case{"rocking-block", {}, 1.5},
+               Case{"bowl", {}, 1}, Case{"painleve-rod", {}, 0.3}, Case{"four-bar", {}, 0.3},
+               Case{"bennett", {}, 0.3}, Case{"sliding-cube", {}, 1.5}, Case{"creep", {}, 1});
+  CAPTURE(c.scene, c.set);
+  const Scene s = scene(c.scene, c.set);
+  const Trajectory run = run_of(s, 1e-12, Integrator::Arkode, c.until);
+  CHECK(run.back().t == c.until);
+  CHECK(worst_error(s, run) < 1e-10);
+  for (std::size_t i = 0; i < run.steps(); ++i) {
+    CHECK(run.figures(i).gap_min > -1e-12);
+    CHECK(run.figures(i).joint_error < 1e-12);
+  }
+}
+
+TEST_CASE("IDA and ARKODE agree to 1e-9 where they share no elimination", "[event]") {
+  if (!has_sundials()) return;
+  const Case c = GENERATE(Case{"heavy-top", {}, 0.3}, Case{"double-pendulum", {}, 1},
+                          Case{"slider-crank", {}, 0.3}, Case{"bowl", {}, 1});
+  CAPTURE(c.scene);
+  const Scene s = scene(c.scene, c.set);
+  const State a = run_of(s, 1e-12, Integrator::Arkode, c.until).back();
+  const State b = run_of(s, 1e-12, Integrator::Ida, c.until).back();
+  CHECK(configuration_error(s.model, a, b) < 1e-9);
+}
+
+TEST_CASE("Adams and BDF come to the exact motion too", "[event]") {
+  if (!has_sundials()) return;
+  const Integrator integrator = GENERATE(Integrator::CvodeAdams, Integrator::CvodeBdf, Integrator::Ida);
+  const Case c =
+      GENERATE(Case{"seed-sphere", {}, 0.6}, Case{"cross-incline", {{"k", 1.5}}, 0.6}, Case{"shaker", {}, 1},
+               Case{"ball-on-sphere", {}, 1.5}, Case{"rocking-block", {}, 0.6});
+  CAPTURE(c.scene, name_of(integrator));
+  const Scene s = scene(c.scene, c.set);
+  CHECK(worst_error(s, run_of(s, 1e-12, integrator, c.until)) < 5e-9);
+}
+
+TEST_CASE("Event times are exact to 1e-10", "[event]") {
+  if (!has_sundials()) return;
+  struct Times {
+    const char* scene;
+    SceneParameters set;
+    double until;
+    std::vector<double> t;
+  };
+  const Times c = GENERATE(
+      Times{"seed-sphere", {}, 0.6, {0.291247997670016019}},
+      Times{"oblique-sphere", {}, 1, {0.651250321100856181}},
+      Times{"incline-block", {{"v0", -2}}, 1, {0.21851106416401444}},
+      Times{"cross-incline", {{"k", 1.5}}, 0.6, {0.489296636085626911}},
+      Times{"bouncing-ball", {{"e", 0.8}}, 1.2, {0.451523640985730904, 1.17396146656290035}},
+      Times{"shaker", {}, 0.6, {0.0624557343869608896, 0.351693536744083536, 0.586054509985259763}},
+      Times{"ball-on-sphere", {}, 1.5, {1.16953241866, 1.21841190252}},
+      Times{"friction-pendulum",
+            {},
+            12,
+            {1.09175148829423, 2.16402878121614, 3.22031877399045, 4.26345249925988, 5.29579763390132,
+             6.31938732151865, 7.33601038924429, 8.34727727028209, 9.35467026893212, 10.3595836662653,
+             11.3633573740884}},
+      Times{"spring-block", {}, 4, {M_PI / 5, 2 * M_PI / 5, 3 * M_PI / 5, 4 * M_PI / 5, M_PI, 6 * M_PI / 5}},
+      Times{"slider-crank", {}, 1.3, {1.18674812085396}},
+      Times{"rocking-block", {}, 0.5, {0.4938032150788319}});
+  CAPTURE(c.scene);
+  const Scene s = scene(c.scene, c.set);
+  const Trajectory run = run_of(s, 1e-12, Integrator::Arkode, c.until);
+  std::vector<double> found;
+  for (const Event& e : run.events)
+    if (found.empty() || e.t > found.back() + 1e-9) found.push_back(e.t);
+  REQUIRE(found.size() == c.t.size());
+  for (std::size_t i = 0; i < c.t.size(); ++i) CHECK(std::abs(found[i] - c.t[i]) < 1e-10);
+}
+
+TEST_CASE("The state between rows is as exact as the rows", "[event]") {
+  if (!has_sundials()) return;
+  const Case c =
+      GENERATE(Case{"seed-sphere", {}, 0.6}, Case{"cross-incline", {{"k", 1.5}}, 0.6},
+               Case{"bouncing-ball", {}, 2}, Case{"double-pendulum", {}, 1}, Case{"rocking-block", {}, 1.5});
+  CAPTURE(c.scene);
+  const Scene s = scene(c.scene, c.set);
+  const Trajectory run = run_of(s, 1e-12, Integrator::Arkode, c.until);
+  for (int i = 0; i <= 97; ++i) {
+    const double t = c.until * i / 97;
+    const State x = run.at(t), exact = s.exact(t);
+    CHECK(x.t == t);
+    CHECK(configuration_error(s.model, x, exact) < 1e-10);
+    CHECK(velocity_error(s.model, x, exact) < 1e-9);
+  }
+  CHECK_THROWS_AS(run.at(c.until + 0.1), std::invalid_argument);
+}
+
+TEST_CASE("The error follows the tolerance", "[event]") {
+  if (!has_sundials()) return;
+  const Case c =
+      GENERATE(Case{"oblique-sphere", {}, 2}, Case{"cross-incline", {{"k", 1.5}}, 0.6},
+               Case{"ball-on-sphere", {}, 1.5}, Case{"dzhanibekov", {}, 5}, Case{"friction-pendulum", {}, 5});
+  CAPTURE(c.scene);
+  const Scene s = scene(c.scene, c.set);
+  const State exact = s.exact(c.until);
+  for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10, 1e-12}) {
+    CAPTURE(tolerance);
+    const Trajectory run = run_of(s, tolerance, Integrator::Arkode, c.until);
+    CHECK(configuration_error(s.model, run.back(), exact) < 100 * tolerance);
+  }
+  // and steps are not smaller than it asks
+  CHECK(run_of(s, 1e-4, Integrator::Arkode, c.until).evaluations <
+        run_of(s, 1e-12, Integrator::Arkode, c.until).evaluations);
+}
+
+TEST_CASE("The seed's sphere needs at most 500 evaluations to 1e-12", "[event]") {
+  if (!has_sundials()) return;
+  const Scene s = scene("seed-sphere");
+  const Trajectory run = run_of(s, 1e-12, Integrator::Arkode, 0.6);
+  CHECK(worst_error(s, run) < 1e-12);
+  CHECK(run.evaluations <= 500);
+}
+
+}  // namespace perp
