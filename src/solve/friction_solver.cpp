@@ -35,10 +35,23 @@ class Chain {
     evaluate(system_, best);
   }
 
-  /// Newton from the start; few iterations, since a start that suits it needs no more.
+  /// Newton from the best point.
   void newton_stage(int most) {
     attempt(
         FrictionStage::Newton, [&](Iterate& point) { newton_from(point, {.most = most}); }, best);
+  }
+
+  /// A few sweeps set the contacts' modes right where the start is another problem's answer; not counted.
+  void sweep_start() {
+    if (done()) return;
+    constexpr int sweeps = 3;
+    Budget own;
+    Iterate point = best;
+    point.error = infinity;  // take the sweeps' end, better or not: Newton is what it is for
+    gauss_seidel(system_, sweeps, options_.tolerance, own, point);
+    if (!std::isfinite(point.error)) return;
+    attempt(
+        FrictionStage::Newton, [&](Iterate& x) { newton_from(x, {.most = 12}); }, point);
   }
 
   /// One interior-point run, then the polish from its best point.
@@ -137,7 +150,9 @@ class Chain {
 };
 
 void run_chain(Chain& chain, const FrictionOptions& options) {
-  chain.newton_stage(options.start.size() > 0 ? 12 : 25);
+  if (options.start.size() > 0) chain.sweep_start();
+  if (chain.done()) return;
+  chain.newton_stage(25);
   if (chain.done()) return;
   chain.interior_point_stage(FrictionStage::InteriorPoint, {});
   constexpr InteriorPointOptions starts[] = {{.start = 1, .damping = 0.9},
