@@ -1,6 +1,7 @@
 // Measures the solvers of contact problems, each alone and the chain, over families and files:
 //   contact_problems [--seed N] [--count C] [--family NAME]... [--out DIR] [FILE...]
-// Without --family and FILE all families are run. Prints a table a family and for all: how many problems each solver
+//   contact_problems --warm [--seed N] [--count C] [--family NAME]...
+// --warm: q changed by 1 % of |q| in a random direction of the range of W, solved from the answer before. Without --family and FILE all families are run. Prints a table a family and for all: how many problems each solver
 // brings to 1e-8, 1e-10 and 1e-12 (relative; absolute to a hundred times that), CPU times, the chain's stages. DIR
 // gets performance-profile.csv, .gp and, where gnuplot is installed, .svg [DM02]: the share of
 // problems that a solver brings to 1e-10 within a factor of the fastest one's time.
@@ -13,10 +14,12 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "../../src/solve/friction_stages.hpp"
+#include "../../src/solve/global_form.hpp"
 #include "perp/solve/friction_io.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "perp/study/friction_families.hpp"
@@ -89,6 +92,7 @@ std::vector<Solver> solvers() {
       {"plain newton", 100000, [](const FrictionProblem& p, std::string&) { return plain_newton(p); }},
       {"newton", 100000, stage(FrictionMethod::Newton)},
       {"interior-point", 100000, stage(FrictionMethod::InteriorPoint)},
+      {"proximal", 60, stage(FrictionMethod::Proximal)},
       {"gauss-seidel", 60, stage(FrictionMethod::GaussSeidel)},
       {"ipopt", 25, stage(FrictionMethod::Ipopt)},
       {"chain", 100000, stage(FrictionMethod::Chain)}};
@@ -98,6 +102,39 @@ std::vector<Solver> solvers() {
         {other.name, 1000, [other](const FrictionProblem& p, std::string&) { return other.solve(p); }});
 #endif
   return all;
+}
+
+/// The problem with q changed by `share` of |q| along W rho, both in the scaled problem, rho random.
+FrictionProblem changed(FrictionProblem global, double share, unsigned seed) {
+  const ContactSystem system = contact_system(global, MassResponse(global));
+  std::mt19937_64 engine(seed);
+  Columns3 rho(3, system.n), change;
+  for (double& x : rho.reshaped()) x = 2 * static_cast<double>(engine() >> 11) * 0x1p-53 - 1;
+  system.W->apply(rho, change);
+  rho *= share * system.q.norm() / change.norm();
+  global.f += global.H.times(system.reaction(rho, global.offsets()));
+  return global;
+}
+
+void print_warm_starts(const std::vector<std::string>& families, std::uint64_t seed, int count) {
+  std::printf("%-16s %5s %12s %5s %5s %9s\n", "family", "run", "newton alone", "<= 6", "<= 4", "unsolved");
+  for (const std::string& family : families) {
+    int run = 0, newton = 0, six = 0, four = 0, unsolved = 0;
+    for (int i = 0; i < count; ++i) {
+      const FrictionProblem problem = friction_family(family, seed, i);
+      const FrictionSolution before = solve_friction(problem, {.use_ipopt = false});
+      if (!before.solved()) continue;
+      const FrictionSolution after = solve_friction(changed(problem, 0.01, static_cast<unsigned>(i)),
+                                                    {.start = before.r, .use_ipopt = false});
+      ++run;
+      unsolved += !after.solved();
+      if (!after.solved() || after.stage > FrictionStage::Newton) continue;
+      ++newton;
+      six += after.iterations <= 6;
+      four += after.iterations <= 4;
+    }
+    std::printf("%-16s %5d %12d %5d %5d %9d\n", family.c_str(), run, newton, six, four, unsolved);
+  }
 }
 
 struct Case {
@@ -171,6 +208,7 @@ void write_profile(const std::vector<Case>& cases, const std::vector<Solver>& al
 int main(int argc, char** argv) {
   std::uint64_t seed = 1;
   int count = 30;
+  bool warm = false;
   std::string out = "out";
   std::vector<std::string> families, files;
   for (int k = 1; k < argc; ++k) {
@@ -184,6 +222,8 @@ int main(int argc, char** argv) {
       families.emplace_back(argv[++k]);
     else if (argument == "--out" && has_value)
       out = argv[++k];
+    else if (argument == "--warm")
+      warm = true;
     else
       files.push_back(argument);
   }
@@ -191,6 +231,10 @@ int main(int argc, char** argv) {
     for (const std::string& family : friction_families())
       if (family != "infeasible-peg") families.push_back(family);
 
+  if (warm) {
+    print_warm_starts(families, seed, count);
+    return 0;
+  }
   std::vector<Case> cases;
   for (const std::string& family : families)
     for (int i = 0; i < count; ++i)
