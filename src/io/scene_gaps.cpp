@@ -35,6 +35,11 @@ SizeList with_plane(SizeList sizes, const Plane& plane) {
   return sizes;
 }
 
+SizeList and_then(SizeList sizes, const Size& last) {
+  sizes.push_back(last);
+  return sizes;
+}
+
 const std::vector<GapKind>& kinds() {
   const Plane floor, line = horizontal_line;
   static const std::vector<GapKind> all = {
@@ -48,8 +53,10 @@ const std::vector<GapKind>& kinds() {
        [](const Sizes& s) { return capsule_on_plane(s.number(0), s.number(1), s.plane(2)); }},
       {"box_on_plane", with_plane({{"size", 3}}, floor),
        [](const Sizes& s) { return box_on_plane(s.vector(0), s.plane(3)); }},
-      {"ellipsoid_on_plane", with_plane({{"semi_axes", 3}}, floor),
-       [](const Sizes& s) { return ellipsoid_on_plane(s.vector(0), s.plane(3)); }},
+      {"ellipsoid_on_plane", and_then(with_plane({{"semi_axes", 3}}, floor), {"centre", 3, {0, 0, 0}}),
+       [](const Sizes& s) { return ellipsoid_on_plane(s.vector(0), s.plane(3), s.vector(9)); }},
+      {"disc_on_plane", with_plane({{"radius"}}, floor),
+       [](const Sizes& s) { return disc_on_plane(s.number(0), s.plane(1)); }},
       {"sphere_in_cylinder",
        {{"radius_a"}, {"radius_b"}, {"axis", 3, {0, 0, 1}}, {"point", 3, {0, 0, 0}}},
        [](const Sizes& s) { return sphere_in_cylinder(s.number(0), s.number(1), s.vector(2), s.vector(5)); }},

@@ -33,35 +33,51 @@ struct BallsOnPlane {
   }
 };
 
-/// An ellipsoid about B's origin, its axes B's; a semi-axis of 0 makes it flat, as an ellipse in a plane is. Its lowest point
-/// in the direction -m (unit, B's axes) is x = -D m/s, D = diag(a²), s = √(m·D m), its support there -s.
+/// An ellipsoid about a point of B, its axes B's; a semi-axis of 0 makes it flat, as an ellipse or a disc is. Its lowest point
+/// in the direction -m (unit, B's axes) is x = centre - D m/s, D = diag(a²), s = √(m·D m), its support there -s.
 struct EllipsoidOnPlane {
   Vector3 squares;  // a², b², c²
   Plane plane;
+  Vector3 centre = Vector3::Zero();  // B's axes
 
   int points() const { return 1; }
+
+  struct Lowest {
+    double support;
+    Vector3 point;  // B's axes
+    Lowest(const EllipsoidOnPlane& shape, const Vector3& m) {
+      const Vector3 Dm = shape.squares.cwiseProduct(m);
+      support = std::sqrt(m.dot(Dm));
+      const Vector3 below =
+          support > 0 ? Vector3(Dm / support) : std::sqrt(shape.squares.x()) * Vector3::UnitX();
+      point = shape.centre - below;
+    }
+  };
 
   void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {
     const WorldPlane floor(plane, X_WA);
     const Vector3 m = X_WB.q.conjugate() * floor.normal;
-    const Vector3 Dm = squares.cwiseProduct(m);
-    const double s = std::sqrt(m.dot(Dm));
-    out[0] = {.gap = floor.distance(X_WB.p) - s, .normal = floor.normal, .point = X_WB * Vector3(-Dm / s)};
+    const Lowest lowest(*this, m);
+    out[0] = {.gap = floor.distance(X_WB * centre) - lowest.support,
+              .normal = floor.normal,
+              .point = X_WB * lowest.point};
   }
 
   void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const {
     const Vector3 n = X_WA.q * plane.normal;
     const Matrix3 R = X_WB.R();
     const Vector3 m = R.transpose() * n, Dm = squares.cwiseProduct(m);
-    const double s = std::sqrt(m.dot(Dm));
+    const Lowest lowest(*this, m);
+    const double s = lowest.support;
     // dx = -(D/s - D m (D m)ᵀ/s³) dm with dm = Rᵀ (w_A - w_B) x n; in world axes H = R (...) Rᵀ
-    Matrix3 H = Matrix3(squares.asDiagonal()) / s - Dm * Dm.transpose() / (s * s * s);
+    Matrix3 H = Matrix3::Zero();
+    if (s > 0) H = Matrix3(squares.asDiagonal()) / s - Dm * Dm.transpose() / (s * s * s);
     H = R * H * R.transpose();
     const Matrix3 N = skew(n);
     w_A(out[0].normal) = -N;
     v_B(out[0].point).setIdentity();
     w_A(out[0].point) = H * N;
-    w_B(out[0].point) = -skew(R * Vector3(-Dm / s)) - H * N;
+    w_B(out[0].point) = -skew(R * lowest.point) - H * N;
   }
 };
 
@@ -108,11 +124,19 @@ Gap box_on_plane(const Vector3& size, const Plane& plane) {
                 Arguments() << size << plane);
 }
 
-Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane) {
+Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane, const Vector3& centre) {
   for (const double a : semi_axes) length("ellipsoid_on_plane", "semi_axes", a);
+  if (!centre.allFinite()) refuse("ellipsoid_on_plane", "centre", "not finite", "needs finite entries [m]");
   return gap_of("ellipsoid_on_plane",
-                EllipsoidOnPlane{semi_axes.cwiseAbs2(), unit("ellipsoid_on_plane", plane)},
-                Arguments() << semi_axes << plane);
+                EllipsoidOnPlane{semi_axes.cwiseAbs2(), unit("ellipsoid_on_plane", plane), centre},
+                Arguments() << semi_axes << plane << centre);
+}
+
+Gap disc_on_plane(double radius, const Plane& plane) {
+  length("disc_on_plane", "radius", radius);
+  const double square = radius * radius;
+  return gap_of("disc_on_plane", EllipsoidOnPlane{{square, square, 0}, unit("disc_on_plane", plane)},
+                Arguments() << radius << plane);
 }
 
 Gap disc_on_line(double radius, const Plane& line) {

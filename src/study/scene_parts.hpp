@@ -55,6 +55,9 @@ std::function<State(double)> exact_by(const Model& model, Place place) {
   };
 }
 
+/// Gives a scene that is in equilibrium from the start its exact().
+void stays(Scene& s);
+
 /// Where a body is and how fast, in extended precision: of a particle, and of one that stays in the xy plane.
 struct ParticleMotion {
   RealVector3 x, v;
@@ -95,6 +98,15 @@ Scene heavy_top(Parameters&);
 Scene free_spin(Parameters&);
 Scene rocking_block(Parameters&);  // scenes_corners.cpp
 Scene painleve_rod(Parameters&);
+Scene rolling_ellipse(Parameters&);  // scenes_rolling.cpp
+Scene rattleback(Parameters&);
+Scene euler_disk(Parameters&);
+Scene tower(Parameters&);  // scenes_masonry.cpp
+Scene overhang(Parameters&);
+Scene arch(Parameters&);
+Scene card(Parameters&);  // scenes_jamming.cpp
+Scene wedge(Parameters&);
+Scene peg(Parameters&);
 Scene table(Parameters&);  // scenes_boxes.cpp
 Scene stack(Parameters&);
 Scene pile(Parameters&);

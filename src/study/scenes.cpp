@@ -56,6 +56,14 @@ void PlanarMotion::put(const Model& model, State& state, BodyId body) const {
   model.set_velocity(state, body, {double(vx), double(vy), 0}, {0, 0, double(omega)});
 }
 
+void stays(Scene& s) {
+  s.exact = [start = s.start](double t) {
+    State state = start;
+    state.t = t;
+    return state;
+  };
+}
+
 PlanarMotion hanging(Real x, Real y, Real vx, Real vy, Real c, Real angle, Real omega) {
   const Real s = std::sin(angle), k = std::cos(angle);
   return {x + c * s, y - c * k, angle, vx + c * omega * k, vy + c * omega * s, omega};
@@ -85,9 +93,11 @@ constexpr BuiltIn built_in[] = {
     {"heavy-top", heavy_top},
     {"double-pendulum", double_pendulum},
     {"slider-crank", slider_crank},
+    {"rolling-ellipse", rolling_ellipse},
     {"bead-in-ring", bead_in_ring},
     {"rocking-block", rocking_block},
     {"bowl", bowl},
+    {"rattleback", rattleback},
     {"painleve-rod", painleve_rod},
     {"table", table},
     {"four-bar", four_bar},
@@ -95,7 +105,14 @@ constexpr BuiltIn built_in[] = {
     {"bennett", bennett},
     {"stack", stack},
     {"pile", pile},
+    {"tower", tower},
+    {"overhang", overhang},
+    {"card", card},
+    {"arch", arch},
+    {"euler-disk", euler_disk},
     {"free-spin", free_spin},
+    {"wedge", wedge},
+    {"peg", peg},
     {"sunk-box", sunk_box},
     {"creep", creep},
     {"sliding-cube", sliding_cube},

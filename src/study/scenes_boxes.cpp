@@ -6,18 +6,6 @@
 #include "study/scene_parts.hpp"
 
 namespace perp {
-namespace {
-
-/// exact() of a scene that is in equilibrium from the start.
-void stays(Scene& s) {
-  s.exact = [start = s.start](double t) {
-    State state = start;
-    state.t = t;
-    return state;
-  };
-}
-
-}  // namespace
 
 Scene table(Parameters& set) {
   const double mu = set.number("mu", 0.5, "friction coefficient [-]", not_negative);

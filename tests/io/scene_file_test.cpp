@@ -76,7 +76,8 @@ std::string with_ball(const std::string& more = "") {
 TEST_CASE("every built-in scene reads back from its file to the same bits and prints the same file",
           "[scene_file]") {
   for (const std::string& name : scene_names()) {
-    const SceneParameters small = name == "pile" ? SceneParameters{{"count", 9}} : SceneParameters{};
+    SceneParameters small;
+    if (name == "pile" || name == "tower" || name == "arch") small = {{"count", 9}};
     const Scene built_in = scene(name, small);
     std::string text;
     try {
@@ -99,10 +100,30 @@ TEST_CASE("every built-in scene reads back from its file to the same bits and pr
 }
 
 TEST_CASE("all scenes of the seed's circle can be said in a file", "[scene_file]") {
-  for (const char* name :
-       {"seed-sphere", "oblique-sphere", "cross-incline", "bouncing-ball", "shaker", "turntable",
-        "roller-in-cylinder", "friction-pendulum", "spring-block", "heavy-top", "slider-crank",
-        "bead-in-ring", "rocking-block", "painleve-rod", "table", "stack", "four-bar"})
+  for (const char* name : {"seed-sphere",
+                           "oblique-sphere",
+                           "cross-incline",
+                           "bouncing-ball",
+                           "shaker",
+                           "turntable",
+                           "roller-in-cylinder",
+                           "friction-pendulum",
+                           "spring-block",
+                           "heavy-top",
+                           "slider-crank",
+                           "bead-in-ring",
+                           "rocking-block",
+                           "painleve-rod",
+                           "table",
+                           "stack",
+                           "four-bar",
+                           "rolling-ellipse",
+                           "rattleback",
+                           "overhang",
+                           "arch",
+                           "card",
+                           "euler-disk",
+                           "peg"})
     CHECK_NOTHROW(write_scene(scene(name)));
 }
 

@@ -39,6 +39,9 @@ TEST_CASE("every built-in gap changes at the rate that its normal and point prom
       {"capsule_on_plane", capsule_on_plane(0.2, 0.8, tilted), at(0, 0, 1, {1, 0.3, 0})},
       {"box_on_plane", box_on_plane({0.4, 0.6, 0.8}, tilted), at(0, 0, 1, {0.4, 0.3, 0.2})},
       {"ellipsoid_on_plane", ellipsoid_on_plane({0.5, 0.3, 0.2}, tilted), at(0, 0, 1, {0.4, 0.3, 0.2})},
+      {"ellipsoid_on_plane, off its centre", ellipsoid_on_plane({0.5, 0.3, 0.2}, tilted, {0.1, 0.2, 0.3}),
+       at(0, 0, 1, {0.4, 0.3, 0.2})},
+      {"disc_on_plane", disc_on_plane(0.5, tilted), at(0, 0, 1, {0.4, 0.3, 0.2})},
       {"sphere_in_cylinder", sphere_in_cylinder(2, 0.5, {0.3, 0.2, 1}, {0.1, 0.2, 0}), at(0.3, 0.5, 0.6)},
       {"sphere_on_box, face", sphere_on_box(0.3, {1, 2, 3}), at(0.1, 0.2, 2)},
       {"sphere_on_box, edge", sphere_on_box(0.3, {1, 2, 3}), at(0.9, 1.5, 0.2)},
@@ -79,6 +82,26 @@ TEST_CASE("gaps measure the distance along the normal from A to B", "[gaps]") {
   const ContactPoint bead = points(particle_in_circle(1), {}, at(0.6, 0, 5))[0];
   CHECK(bead.gap == Approx(0.4));  // a tube along z
   CHECK(bead.normal == -Vector3::UnitX());
+}
+
+TEST_CASE("the lowest point of a disc's rim is where it slopes down, and along -x where it lies flat",
+          "[gaps]") {
+  const double tilt = 0.3;
+  const ContactPoint rolling = points(disc_on_plane(2), {}, at(0, 0, 1, {tilt, 0, 0}))[0];
+  CHECK(rolling.gap == Approx(1 - 2 * std::sin(tilt)));
+  CHECK((rolling.point - Vector3(0, -2 * std::cos(tilt), 1 - 2 * std::sin(tilt))).norm() < 1e-15);
+  const ContactPoint flat = points(disc_on_plane(2), {}, at(0, 0, 1))[0];
+  CHECK(flat.gap == 1);
+  CHECK(flat.point == Vector3(-2, 0, 1));
+  std::vector<ContactDerivative> d(1);
+  disc_on_plane(2).differentiate({}, at(0, 0, 1), 0, d);
+  CHECK(d[0].point.allFinite());
+}
+
+TEST_CASE("an ellipsoid may lie about another point than its body's origin", "[gaps]") {
+  const ContactPoint low = points(ellipsoid_on_plane({3, 2, 1}, {}, {0.5, 0, 0.25}), {}, at(0, 0, 1))[0];
+  CHECK(low.gap == Approx(0.25));
+  CHECK((low.point - Vector3(0.5, 0, 0.25)).norm() < 1e-15);
 }
 
 TEST_CASE("a box on a plane has its eight corners, a planar box its four", "[gaps]") {
@@ -205,6 +228,8 @@ TEST_CASE("a gap's derivatives are what fourth-order differences give, to nine d
   CHECK(against_differences(sphere_on_plane(0.4, tilted), A, B) < 1e-9);
   CHECK(against_differences(box_on_plane({0.4, 0.6, 0.8}, tilted), A, B) < 1e-9);
   CHECK(against_differences(ellipsoid_on_plane({0.5, 0.3, 0.2}, tilted), A, B) < 1e-9);
+  CHECK(against_differences(ellipsoid_on_plane({0.5, 0.3, 0.2}, tilted, {0.1, 0.2, 0.3}), A, B) < 1e-9);
+  CHECK(against_differences(disc_on_plane(0.5, tilted), A, at(0.3, 0.5, 1.6, {1.4, 0.3, 0.2})) < 1e-9);
   CHECK(against_differences(sphere_on_sphere(0.4, 0.3), A, B) < 1e-9);
   CHECK(against_differences(sphere_in_sphere(3, 0.3), A, B) < 1e-9);
   CHECK(against_differences(sphere_in_cylinder(3, 0.3, {0.3, 0.2, 1}, {0.1, 0.2, 0}), A, B) < 1e-9);

@@ -149,6 +149,35 @@ TEST_CASE("the exact motion of a cube that slides to rest satisfies the equation
   check({.scene = "sliding-cube", .switches = {1.22324}, .touching = 4});
 }
 
+TEST_CASE("the exact motion of an ellipse that rolls on a line satisfies the equations of motion",
+          "[exact]") {
+  check({.scene = "rolling-ellipse", .until = 2, .size = 10, .touching = 1});
+  check({.scene = "rolling-ellipse", .until = 2, .set = {{"angle", -1.2}}, .size = 10, .touching = 1});
+}
+
+TEST_CASE("the exact motion of a rattleback satisfies the equations of motion", "[exact]") {
+  check({.scene = "rattleback", .until = 3, .size = 100, .touching = 1}, {.delta = 2.5e-4});
+  check({.scene = "rattleback", .until = 1, .set = {{"spin", 5}}, .size = 100, .touching = 1},
+        {.delta = 2.5e-4});
+}
+
+TEST_CASE("the exact motion of a coin that rolls on its rim satisfies the equations of motion", "[exact]") {
+  check({.scene = "euler-disk", .size = 1e4, .touching = 1}, {.delta = 1e-4});
+  check({.scene = "euler-disk", .set = {{"alpha", 1}}, .size = 1e4, .touching = 1}, {.delta = 1e-4});
+}
+
+TEST_CASE("a block too steep to lock falls out of a V as if there were none", "[exact]") {
+  check({.scene = "wedge", .switches = {0}, .set = {{"mu", 0.3}}, .touching = 0});
+}
+
+TEST_CASE("leaning, overhanging and piled blocks at rest satisfy the equations of motion", "[exact]") {
+  check({.scene = "card", .touching = 2});
+  check({.scene = "card", .set = {{"lean", 1}, {"mu", 0.779}}, .touching = 2});
+  check({.scene = "overhang", .set = {{"count", 3}}});
+  check({.scene = "tower", .until = 0.1, .set = {{"count", 4}}, .touching = 16});
+  check({.scene = "tower", .until = 0.1, .set = {{"count", 3}, {"planks", 2}}});
+}
+
 TEST_CASE("boxes at rest satisfy the equations of motion", "[exact]") {
   check({.scene = "creep", .until = 1, .touching = 4});
   check({.scene = "table", .touching = 4});

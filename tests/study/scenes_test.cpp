@@ -337,6 +337,64 @@ TEST_CASE("B15: the slider-crank's friction stops it after ten radians", "[scene
   CHECK(At("slider-crank", after).w("crank").z() == near(12.5963234024985));
 }
 
+TEST_CASE("B16: the ellipse rocks with the period and rate of its quadrature", "[scenes]") {
+  CHECK(At("rolling-ellipse", 0.3).angle("ellipse") == near(0.3790900963453028));
+  CHECK(At("rolling-ellipse", 0.5).angle("ellipse") == near(-0.06481332802093094));
+  const double period = 1.901062981579163;
+  CHECK(At("rolling-ellipse", period).angle("ellipse") == near(0.6, 1e-13));
+  CHECK(At("rolling-ellipse", period / 2).angle("ellipse") == near(-0.6, 1e-13));
+  CHECK(At("rolling-ellipse", period / 4).w("ellipse").z() == near(-2.637036573664679));
+  CHECK(At("rolling-ellipse", period).p("ellipse").x() == near(0, 1e-13));
+  CHECK_FALSE(scene("rolling-ellipse", {{"mu", 0.1}}).exact);
+  CHECK(std::isnan(At("rolling-ellipse", 1.9, {{"mu", 0.3}, {"angle", 1.5}}).angle("ellipse")));
+}
+
+TEST_CASE("B23: the rattleback turns back one way and not the other", "[scenes]") {
+  const auto upright_rate = [](double t, double spin) {
+    const At now("rattleback", t, {{"spin", spin}});
+    CHECK(now.s.model.energy(now.x) == near(0.1252398495052734, 1e-13));
+    return now.w("stone").z();
+  };
+  CHECK(upright_rate(0.5, -5) == near(-4.49072160949, 1e-11));
+  CHECK(upright_rate(1, -5) == near(-2.86575629421, 1e-11));
+  CHECK(upright_rate(2, -5) == near(-1.31292559588, 1e-11));
+  CHECK(std::abs(upright_rate(2.747880658295, -5)) < 1e-9);
+  CHECK(upright_rate(5, -5) == near(4.475203749163, 1e-10));
+  CHECK(upright_rate(0.5, 5) == near(5.34907801195, 1e-11));
+  CHECK(upright_rate(5, 5) == near(4.16817238438, 1e-10));
+}
+
+TEST_CASE("C10: the coin's centre stays where it is, with the energy of steady rolling", "[scenes]") {
+  const At now("euler-disk", 0.3);
+  const double alpha = 0.1, a = 0.0375, rate = 102.3790035512293;
+  CHECK(now.p("disc").z() == near(a * std::sin(alpha)));
+  CHECK(now.w("disc").norm() == near(rate * std::sin(alpha), 1e-13));
+  CHECK(now.s.model.energy(now.x) == near(1.5 * 9.81 * a * std::sin(alpha), 1e-13));
+  const Vector3 axis = now.q("disc") * Vector3::UnitZ();
+  CHECK(std::atan2(-axis.y(), axis.x()) ==
+        near(std::remainder(std::acos(0.0) - rate * 0.3, 4 * std::acos(0.0)), 1e-11));
+}
+
+TEST_CASE("C6: the overhang of ten blocks is that of the harmonic series", "[scenes]") {
+  CHECK(At("overhang", 0, {{"scale", 1}}).p("block-10").x() == near(1.464484126984127));
+  CHECK_FALSE(scene("overhang", {{"scale", 1.001}}).exact);
+}
+
+TEST_CASE("C6: Jenga's planks touch all planks of the layer below", "[scenes]") {
+  const Scene s = scene("tower", {{"count", 4}, {"planks", 3}});
+  CHECK(s.model.bodies().size() == 1 + 12);
+  CHECK(s.model.contacts().size() == 3 + 3 * 9);
+  CHECK((s.model.pose(s.start, s.model.find_body("block-2-1")).p - Vector3(1.0 / 3, 0, 0.3)).norm() < 1e-15);
+}
+
+TEST_CASE("C7: a card stands if its floor is rough enough, C13: a V holds what its friction angle spans",
+          "[scenes]") {
+  CHECK(scene("card", {{"mu", 0.2888}}).exact);
+  CHECK_FALSE(scene("card", {{"mu", 0.2885}}).exact);
+  CHECK(scene("wedge", {{"mu", std::tan(0.3) - 1e-6}}).exact);
+  CHECK_FALSE(scene("wedge", {{"mu", std::tan(0.3) + 1e-6}}).exact);
+}
+
 TEST_CASE("B19: each impact takes the same share of the rocking block's rate", "[scenes]") {
   const double impact = 0.4938032150788319;
   CHECK(At("rocking-block", impact - 1e-12).w("block").z() == near(-0.5650448210515408, 1e-11));

@@ -24,8 +24,13 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 [[nodiscard]] Gap sphere_in_cylinder(double radius_a, double radius_b, const Vector3& axis = Vector3::UnitZ(),
                                      const Vector3& point = Vector3::Zero());
 
-/// An ellipsoid about B's origin, its axes B's.
-[[nodiscard]] Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane = {});
+/// An ellipsoid about `centre` in B's axes, its own axes B's.
+[[nodiscard]] Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane = {},
+                                     const Vector3& centre = Vector3::Zero());
+
+/// The rim of a thin disc about B's origin in B's xy plane. Where it lies flat the whole rim is lowest: then the point is that
+/// along -x of B, and the point's derivatives are those of one fixed in B.
+[[nodiscard]] Gap disc_on_plane(double radius, const Plane& plane = {});
 
 /// The nearest point of a box about A's origin, `size` its full edges: a table with edges and corners to fall from.
 [[nodiscard]] Gap sphere_on_box(double radius, const Vector3& size);
