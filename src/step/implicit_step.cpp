@@ -154,7 +154,11 @@ void VelocityLevel::differentiate(std::span<Reaction> reactions, std::vector<Cou
 
 bool slips(const Reaction& r, double speed) {
   constexpr double rounding = 1e-9;  // of the step's speeds
-  return r.law == Law::HalfLine || r.u.tail<2>().norm() > rounding * speed;
+  constexpr double inside = 1e-3;    // of friction's bound
+  if (r.law == Law::HalfLine) return true;
+  // in a small step psi/h rounds to more than that, so that a contact that sticks may seem to slide: its friction tells
+  const double bound = r.law == Law::Interval ? r.mu : r.mu * std::max(r.p.x(), 0.0);
+  return r.u.tail<2>().norm() > rounding * speed && r.p.tail<2>().norm() >= (1 - inside) * bound;
 }
 
 void report_reactions(const Instant& s, const std::vector<Reaction>& reactions, const Vector& before,

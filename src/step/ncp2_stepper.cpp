@@ -98,6 +98,12 @@ class FirstStage final : public StepProblem {
 
   const State& moved() const { return moved_; }
 
+  /// M nu_l + h/2 f(q_l, nu_½, t_l) + W(q_l) p_1 at the guess evaluated last: T(nu_½)^-1 M nu_½ without Newton's residual.
+  void kick(const std::vector<Reaction>& reactions, Vector& y) const {
+    y = momentum_ + 0.5 * request_.h * load_;
+    for (const Reaction& r : reactions) r.W.add_impulse(r.p, y);
+  }
+
  private:
   void place(const Vector& nu, Reaction& r) const {
     const double h = request_.h;
@@ -234,6 +240,7 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
 
 /// Friction of what slid is tied to p_2n, or known; where that would turn a slip round, the law at nu+ takes its place.
 bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, int& iterations) {
+  const Vector half = nu;
   for (;;) {
     posed.clear();
     Vector known = momentum;
@@ -260,7 +267,16 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
     VelocityLevel level(model, known, posed_velocities);
     second_newton.solve(model, level, {.tolerance = tolerance}, nu, posed, second);
     iterations += second.iterations;
-    if (!second.converged) return false;
+    if (!second.converged) {  // with much friction the tied law need not have a solution
+      bool tied = false;
+      for (Slid& s : slid) {
+        tied = tied || !s.direction.isZero(0);
+        s.direction.setZero();
+      }
+      if (!tied) return false;
+      nu = half;
+      continue;
+    }
     for (std::size_t k = 0; k < posed.size(); ++k) {
       Reaction& r = closed[source[k]];
       r.p = posed[k].p;
@@ -316,8 +332,8 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   // second stage, from the momentum that nu_½ carries to q+
   w.close(model, s, x, h, speed);
   loads_at(model, w.end, w.moved, w.scratch, w.load);
-  multiply_mass(model, half, w.kick);
-  carry(model, half, h, w.kick);
+  problem.kick(w.first.all, w.kick);
+  carry(model, half, 2 * h, w.kick);  // half of the turn before nu_½, half after
   w.momentum = w.kick + 0.5 * h * w.load;
   w.nu = half;
   if (!w.solve_second(model, options_.tolerance, report.iterations))

@@ -86,7 +86,7 @@ class EndOfStep final : public StepProblem {
       const double allowed = before == nullptr ? 0 : std::min(0.0, before->psi_n + cap);
       r.u.x() = (c->psi_n - (allowed < 0 ? allowed : 0)) / h;
     } else {
-      r.u = {infinity_gap, 0, 0};  // no such point there
+      r.u = {Reaction::no_point, 0, 0};  // no such point there
     }
   }
 
@@ -132,7 +132,6 @@ class EndOfStep final : public StepProblem {
                         geometry_[static_cast<std::size_t>(&c - end_.contacts.data())], p, d);
   }
 
-  static constexpr double infinity_gap = 1e300;
   const Model& model_;
   const Instant& start_;
   const State& x_;

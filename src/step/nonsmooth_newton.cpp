@@ -163,7 +163,8 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     else
       e.normal = std::max(e.normal, miss.x());
     e.tangential = std::max({e.tangential, miss.y(), miss.z()});
-    e.speed = std::max({e.speed, r.w * r.p.cwiseAbs().maxCoeff(), r.u.cwiseAbs().maxCoeff()});
+    e.speed = std::max(e.speed, r.w * r.p.cwiseAbs().maxCoeff());
+    if (r.u.x() < Reaction::no_point) e.speed = std::max(e.speed, r.u.cwiseAbs().maxCoeff());
     island.merit += r.w * F_[i].squaredNorm();
   }
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {

@@ -27,11 +27,12 @@ struct Reaction {
   Law law = Law::HalfLine;
   double mu = 0;  ///< coefficient [-], of an interval its bound [N s]
   enum class Of { Contact, JointRow, JointFriction } of = Of::Contact;
-  int source = 0;               ///< contact point of the model, or index among an instant's rows or frictions
-  WrenchMap<3> W;               ///< columns n, t, o: p acts as W p
-  Slope G = Slope::Zero();      ///< du/dnu, columns of both bodies' velocities
-  Vector3 u = Vector3::Zero();  ///< [m/s]
-  Vector3 p = Vector3::Zero();  ///< [N s]
+  int source = 0;           ///< contact point of the model, or index among an instant's rows or frictions
+  WrenchMap<3> W;           ///< columns n, t, o: p acts as W p
+  Slope G = Slope::Zero();  ///< du/dnu, columns of both bodies' velocities
+  static constexpr double no_point = 1e300;  ///< u_n where a contact point is not there: it stays open
+  Vector3 u = Vector3::Zero();               ///< [m/s]
+  Vector3 p = Vector3::Zero();               ///< [N s]
   double w = 1;  ///< velocity that a unit impulse gives, tr(Wᵀ M^-1 W)/rows; scales p to u [1/kg]
 };
 

@@ -67,7 +67,7 @@ Scene peg(Parameters& set) {
   const double mu = set.number("mu", 0.5, "friction coefficient [-]", not_negative);
   const double spacing = set.number("spacing", 0.04, "of the two contacts along the peg [m]", positive);
   const double w0 = set.number("w0", 1, "turned against both contacts at [rad/s]", not_negative);
-  const double width = 0.1, length = 0.2, tilt = 0.01;
+  const double width = 0.1, length = 0.2, tilt = 1e-4;
   Scene s;
   s.id = "C13";
   s.what =

@@ -43,7 +43,8 @@ Scene overhang(Parameters& set) {
   const double mu = set.number("mu", 0.5, "friction coefficient [-]", not_negative);
   const double scale = set.number("scale", 0.999, "overhangs over the largest that stand [-]", {0, 1.5});
   const int count = set.count("count", 10, "blocks above the fixed one [-]", 1, 100);
-  const Vector3 size(1, 1, 0.2);
+  // depths alternate, so that no two edges lie on each other
+  const auto size = [](int i) { return Vector3(1, i % 2 == 0 ? 1 : 0.9, 0.2); };
   Scene s;
   s.id = "C6";
   s.what = "Blocks lie on a fixed one, each pushed out over the one below, the last of ten by 1.46 lengths";
@@ -52,10 +53,10 @@ Scene overhang(Parameters& set) {
   double x = 0;
   for (int i = 0; i < count; ++i) {
     x += scale / (2 * (count - i));  // the centre of mass of all from here on up comes to the edge
-    const BodyId block = s.model.add_body(
-        Inertia::solid_box(1, size),
-        {.pose = {.p = {x, 0, size.z() * (i + 1)}}, .name = "block-" + std::to_string(i + 1)});
-    s.model.add_contact(below, block, box_on_box(size, size),
+    const BodyId block =
+        s.model.add_body(Inertia::solid_box(1, size(i + 1)),
+                         {.pose = {.p = {x, 0, 0.2 * (i + 1)}}, .name = "block-" + std::to_string(i + 1)});
+    s.model.add_contact(below, block, box_on_box(size(i), size(i + 1)),
                         {.mu = mu, .name = "joint-" + std::to_string(i + 1)});
     below = block;
   }

@@ -156,9 +156,9 @@ TEST_CASE("the exact motion of an ellipse that rolls on a line satisfies the equ
 }
 
 TEST_CASE("the exact motion of a rattleback satisfies the equations of motion", "[exact]") {
-  check({.scene = "rattleback", .until = 3, .size = 100, .touching = 1}, {.delta = 2.5e-4});
+  check({.scene = "rattleback", .until = 3, .size = 100, .touching = 1}, {.delta = 1e-4});
   check({.scene = "rattleback", .until = 1, .set = {{"spin", 5}}, .size = 100, .touching = 1},
-        {.delta = 2.5e-4});
+        {.delta = 1e-4});
 }
 
 TEST_CASE("the exact motion of a coin that rolls on its rim satisfies the equations of motion", "[exact]") {
