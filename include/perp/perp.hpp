@@ -19,10 +19,11 @@
 #include "perp/solve/problem_io.hpp"
 
 #include "perp/model/body.hpp"
-#include "perp/model/force.hpp"
 #include "perp/model/differentiable_gap.hpp"
+#include "perp/model/force.hpp"
 #include "perp/model/gap.hpp"
 #include "perp/model/gaps.hpp"
+#include "perp/model/generalized.hpp"
 #include "perp/model/inertia.hpp"
 #include "perp/model/joint.hpp"
 #include "perp/model/model.hpp"

@@ -1,7 +1,6 @@
 // perp check: a scene read, counted, and looked at where it starts.
 #include <cmath>
 #include <cstdio>
-#include <Eigen/QR>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,32 +8,20 @@
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
 #include "perp/core/errors.hpp"
-#include "perp/instant/instant.hpp"
+#include "perp/instant/reduced_system.hpp"
 #include "perp/io/scene_file.hpp"
+#include "perp/step/simulate.hpp"
 
 namespace perp {
 namespace {
 
 const char* name_of(BodyKind kind) {
-  constexpr const char* names[] = {"ground", "prescribed", "particle", "planar", "spatial"};
+  constexpr const char* names[] = {"ground", "prescribed", "particle", "planar", "spatial", "generalized"};
   return names[static_cast<std::size_t>(kind)];
 }
 
 std::string triple(const Vector3& v) {
   return "(" + shortest(v.x()) + ", " + shortest(v.y()) + ", " + shortest(v.z()) + ")";
-}
-
-/// Velocities that the joints leave: nv less the rank of W_b.
-int degrees_of_freedom(const Model& model, const Instant& now) {
-  if (model.nv() == 0 || now.joint_rows.empty()) return model.nv();
-  Matrix W = Matrix::Zero(model.nv(), static_cast<Eigen::Index>(now.joint_rows.size()));
-  Vector column(model.nv());
-  for (std::size_t i = 0; i < now.joint_rows.size(); ++i) {
-    column.setZero();
-    now.joint_rows[i].W.add_impulse(Eigen::Matrix<double, 1, 1>(1.0), column);
-    W.col(static_cast<Eigen::Index>(i)) = column;
-  }
-  return model.nv() - static_cast<int>(Eigen::ColPivHouseholderQR<Matrix>(W).rank());
 }
 
 /// A violation above rounding, in relation to the scene's extent (its largest coordinate, lever arm or speed).
@@ -66,7 +53,7 @@ void report_model(const Scene& scene, const Instant& now) {
   for (int i = 1; i < static_cast<int>(model.bodies().size()); ++i) {
     const Body& b = model.body({i});
     std::printf("body %s: %s", b.name.c_str(), name_of(b.kind));
-    if (b.nv > 0) std::printf(", %s kg", shortest(b.mass).c_str());
+    if (b.nv > 0 && b.mass > 0) std::printf(", %s kg", shortest(b.mass).c_str());
     std::printf(", at %s m\n", triple(now.X[static_cast<std::size_t>(i)].p).c_str());
   }
   for (const Contact& c : model.contacts())
@@ -77,9 +64,9 @@ void report_model(const Scene& scene, const Instant& now) {
     std::printf("joint %s: %s to %s, %zu equations\n", j.name.c_str(), model.body(j.a).name.c_str(),
                 model.body(j.b).name.c_str(), j.rows.size());
   std::printf("springs %zu, forces %zu\n", model.springs().size(), model.forces().size());
-  const int freedom = degrees_of_freedom(model, now);
-  std::printf("degrees of freedom %d: %d velocities, %zu joint equations of rank %d\n", freedom, model.nv(),
-              now.joint_rows.size(), model.nv() - freedom);
+  const int rank = joint_rank(model, now);
+  std::printf("degrees of freedom %d: %d velocities, %zu joint equations of rank %d\n", model.nv() - rank,
+              model.nv(), now.joint_rows.size(), rank);
 }
 
 /// What does not fit together at the start; returns how much.
@@ -117,6 +104,28 @@ int report_start(const Scene& scene, const Instant& now) {
   return found;
 }
 
+/// What assembly would make of a start that is not consistent.
+void report_assembly(const Scene& scene) {
+  State x = scene.start;
+  const Projection found = project_onto_constraints(scene.model, x);
+  if (found.reached) {
+    std::printf("perp run --assemble moves it by %.6g m or rad and %.6g m/s or rad/s to one that is\n",
+                found.moved, found.moved_velocity);
+    return;
+  }
+  std::printf("no start near to it is: after %d steps of assembly\n", found.iterations);
+  Instant now;
+  evaluate(scene.model, x, now);
+  for (int j = 0; j < static_cast<int>(scene.model.joints().size()); ++j) {
+    double error = 0;
+    for (const JointRowInstant& row : now.joint_rows)
+      if (row.joint == j) error = std::max(error, std::abs(row.psi_b));
+    if (error > 1e-9 * found.joint_error && error > 0)
+      std::printf("joint %s disagrees with others by %.6g m or rad\n", scene.model.joint({j}).name.c_str(),
+                  error);
+  }
+}
+
 }  // namespace
 
 void add_check_command(CLI::App& perp, int& status) {
@@ -141,6 +150,7 @@ void add_check_command(CLI::App& perp, int& status) {
     report_model(scene, now);
     const int found = report_start(scene, now);
     std::printf(found == 0 ? "the start is consistent\n" : "the start is not consistent; it can be run\n");
+    if (found > 0) report_assembly(scene);
     status = Done;
   });
 }

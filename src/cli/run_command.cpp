@@ -9,6 +9,7 @@
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
 #include "perp/core/errors.hpp"
+#include "perp/instant/reduced_system.hpp"
 #include "perp/io/run_files.hpp"
 #include "perp/io/scene_file.hpp"
 #include "perp/step/methods.hpp"
@@ -24,6 +25,7 @@ struct RunArguments {
   int every = 1;
   double tolerance = not_set;
   std::string integrator;
+  bool assemble = false;
   MethodOptions method_options;
   std::vector<std::string> set;
 };
@@ -43,7 +45,12 @@ void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run
               gap, joint_error);
   if (run.evaluations > 0)
     std::printf("%zu events, %ld evaluations of the right-hand side\n", run.events.size(), run.evaluations);
-  std::printf("wrote trajectory.csv, contacts.csv%s and report.csv to %s\n",
+  if (!scene.model.joints().empty()) {
+    Instant start;
+    evaluate(scene.model, run.front(), start);
+    std::printf("%zu joint equations of rank %d\n", start.joint_rows.size(), joint_rank(scene.model, start));
+  }
+  std::printf("wrote trajectory.csv, contacts.csv, joints.csv%s and report.csv to %s\n",
               run.between ? ", events.csv" : "", folder.c_str());
 }
 
@@ -69,9 +76,18 @@ std::unique_ptr<Stepper> stepper_of(const RunArguments& arguments) {
 int run_scene(const RunArguments& arguments) {
   const Scene s = load_scene(arguments.scene, read_parameters("perp run", arguments.set));
   const std::unique_ptr<Stepper> stepper = stepper_of(arguments);
+  State start = s.start;
+  if (arguments.assemble) {
+    const Projection found = project_onto_constraints(s.model, start);
+    if (found.reached)
+      std::printf("assembly moved the start by %.6g m or rad and %.6g m/s or rad/s\n", found.moved,
+                  found.moved_velocity);
+    else
+      refuse("perp run", "--assemble", "not possible", "no consistent start is near (perp check says more)");
+  }
   const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
   try {
-    const Trajectory run = simulate(s.model, *stepper, s.start, {.t_end = until, .h = arguments.h});
+    const Trajectory run = simulate(s.model, *stepper, start, {.t_end = until, .h = arguments.h});
     write_run(arguments.folder, s.model, run, {.every = arguments.every});
     summarise(s, *stepper, run, arguments.folder);
     return Done;
@@ -103,6 +119,8 @@ void add_run_command(CLI::App& perp, int& status) {
   command->add_option("--until", arguments->until, "end time T [s]; the scene's own if not given");
   command->add_option("--out", arguments->folder, "folder for trajectory.csv, contacts.csv, report.csv")
       ->required();
+  command->add_flag("--assemble", arguments->assemble,
+                    "begin at the nearest start that joints and gaps allow");
   command->add_option("--every", arguments->every, "write the steps K, 2 K, ... and the last")
       ->type_name("K");
   command->add_option("--edges", arguments->method_options.edges, "edges of the friction polygon")

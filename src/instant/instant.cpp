@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <Eigen/Cholesky>
 
 #include "perp/core/errors.hpp"
 
@@ -36,12 +37,53 @@ void add(const Body& body, const Matrix3& R, const Wrench& wrench, Vector& k) {
 /// Force F on the point x of a body whose centre of mass is p.
 Wrench at(const Vector3& force, const Vector3& x, const Vector3& p) { return {force, (x - p).cross(force)}; }
 
+void evaluate_generalized(const Body& body, int index, const State& x, Instant& s) {
+  const Vector q = x.q.segment(body.q0, body.nq), nu = x.nu.segment(body.v0, body.nv);
+  Instant::GeneralizedMass& mass = s.masses.emplace_back();
+  mass.body = index;
+  mass.M = body.system.mass(q);
+  const Vector force = body.system.force(q, nu, x.t);
+  const Eigen::LLT<Matrix> llt(mass.M);
+  if (mass.M.rows() != body.nv || mass.M.cols() != body.nv || force.size() != body.nv ||
+      llt.info() != Eigen::Success) {
+    s.fault = "mass or force of '" + body.name +
+              "' does not fit, or its mass is not positive definite, at t = " + shortest(x.t);
+    mass.M = mass.inverse = Matrix::Identity(body.nv, body.nv);
+    return;
+  }
+  mass.inverse = llt.solve(Matrix::Identity(body.nv, body.nv));
+  s.k.segment(body.v0, body.nv) += force;
+}
+
+/// A gap of a generalized body's own: it gives its columns itself. False if there is no such point now.
+bool evaluate_own(const Model& model, const State& x, const Contact& contact, Instant& s, ContactInstant& c) {
+  const Body& body = model.body(contact.b);
+  const GeneralizedPoint p = contact.own(x.q.segment(body.q0, body.nq), x.t);
+  if (p.gap == infinity) return false;
+  const bool slides = contact.tangents > 0;
+  const auto fits = [&](const Vector& column) { return column.size() == body.nv && column.allFinite(); };
+  if (!std::isfinite(p.gap) || !fits(p.normal) || (slides && !fits(p.tangent))) {
+    s.fault = "gap, normal or tangent of contact '" + contact.name +
+              "' does not fit or is not finite at t = " + shortest(x.t);
+    return false;
+  }
+  c.psi_n = p.gap;
+  c.tangents = contact.tangents;
+  c.mu = contact.mu;
+  c.bias = {p.gap_t, p.tangent_t, 0};
+  c.W.connect(model, contact.a, contact.b);
+  c.W.B.col(0).head(body.nv) = p.normal;
+  if (slides) c.W.B.col(1).head(body.nv) = p.tangent;
+  return true;
+}
+
 void evaluate_bodies(const Model& model, const State& x, Instant& s) {
   const std::size_t n = model.bodies().size();
   s.X.resize(n);
   s.R.resize(n);
   s.V.resize(n);
   s.k.setZero(model.nv());
+  s.masses.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const Body& body = model.bodies()[i];
     const BodyId id{static_cast<int>(i)};
@@ -49,6 +91,10 @@ void evaluate_bodies(const Model& model, const State& x, Instant& s) {
     s.R[i] = s.X[i].R();
     s.V[i] = model.twist(x, id);
     if (body.nv == 0) continue;
+    if (body.kind == BodyKind::Generalized) {
+      evaluate_generalized(body, static_cast<int>(i), x, s);
+      continue;
+    }
     s.k.segment(body.v0, std::min(body.nv, body.kind == BodyKind::Planar ? 2 : 3)) +=
         body.mass * model.gravity().head(body.kind == BodyKind::Planar ? 2 : 3);
     if (body.kind == BodyKind::Spatial) {  // -w x J w, body axes
@@ -192,6 +238,18 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
       evaluate_stop(contact, s, c);
       continue;
     }
+    if (contact.own) {
+      ContactInstant c;
+      c.contact = static_cast<int>(i);
+      c.point = contact.first_point;
+      c.e = contact.e;
+      if (evaluate_own(model, x, contact, s, c)) {
+        s.contact_of_point[static_cast<std::size_t>(c.point)] = static_cast<int>(s.contacts.size());
+        s.contacts.push_back(c);
+      }
+      if (!s.fault.empty()) return;
+      continue;
+    }
     const auto count = static_cast<std::size_t>(contact.gap.points());
     if (s.points.size() < count) s.points.resize(count);
     const std::span<ContactPoint> points(s.points.data(), count);
@@ -276,16 +334,40 @@ void solve_mass(const Body& body, const double* f, double* out) {
   if (body.kind == BodyKind::Spatial) Eigen::Map<Vector3>(out + 3).noalias() = body.J_inverse * Map3(f + 3);
 }
 
+void solve_mass(const Model& model, const Instant& instant, int body, const double* f, double* out) {
+  const Body& b = model.bodies()[static_cast<std::size_t>(body)];
+  if (b.kind != BodyKind::Generalized) return solve_mass(b, f, out);
+  for (const Instant::GeneralizedMass& mass : instant.masses)
+    if (mass.body == body) Eigen::Map<Vector>(out, b.nv) = mass.inverse * Eigen::Map<const Vector>(f, b.nv);
+}
+
+void solve_mass(const Model& model, const Instant& instant, const Vector& f, Vector& out) {
+  solve_mass(model, f, out);
+  for (const Instant::GeneralizedMass& mass : instant.masses) {
+    const Body& b = model.bodies()[static_cast<std::size_t>(mass.body)];
+    out.segment(b.v0, b.nv) = mass.inverse * f.segment(b.v0, b.nv);
+  }
+}
+
+void multiply_mass(const Model& model, const Instant& instant, const Vector& nu, Vector& out) {
+  multiply_mass(model, nu, out);
+  for (const Instant::GeneralizedMass& mass : instant.masses) {
+    const Body& b = model.bodies()[static_cast<std::size_t>(mass.body)];
+    out.segment(b.v0, b.nv) = mass.M * nu.segment(b.v0, b.nv);
+  }
+}
+
 void solve_mass(const Model& model, const Vector& f, Vector& out) {
   out.resize(f.size());
   for (const Body& body : model.bodies())
-    if (body.nv > 0) solve_mass(body, f.data() + body.v0, out.data() + body.v0);
+    if (body.nv > 0 && body.kind != BodyKind::Generalized)
+      solve_mass(body, f.data() + body.v0, out.data() + body.v0);
 }
 
 void multiply_mass(const Model& model, const Vector& nu, Vector& out) {
   out = nu;
   for (const Body& body : model.bodies()) {
-    if (body.nv == 0) continue;
+    if (body.nv == 0 || body.kind == BodyKind::Generalized) continue;
     out.segment(body.v0, body.kind == BodyKind::Planar ? 2 : 3) *= body.mass;
     if (body.kind == BodyKind::Planar) out[body.v0 + 2] *= body.J(2, 2);
     if (body.kind == BodyKind::Spatial)

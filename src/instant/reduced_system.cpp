@@ -14,11 +14,11 @@ constexpr double dependent = 1e-13;
 
 /// Y = M^-1 W, block by block.
 template <int C>
-void solve_mass(const Model& model, const WrenchMap<C>& W, WrenchMap<C>& Y) {
+void solve_mass(const Model& model, const Instant& s, const WrenchMap<C>& W, WrenchMap<C>& Y) {
   Y = W;
   for (int c = 0; c < C; ++c) {
-    if (W.na > 0) solve_mass(model.bodies()[at(W.a)], W.A.col(c).data(), Y.A.col(c).data());
-    if (W.nb > 0) solve_mass(model.bodies()[at(W.b)], W.B.col(c).data(), Y.B.col(c).data());
+    if (W.na > 0) solve_mass(model, s, W.a, W.A.col(c).data(), Y.A.col(c).data());
+    if (W.nb > 0) solve_mass(model, s, W.b, W.B.col(c).data(), Y.B.col(c).data());
   }
 }
 
@@ -52,11 +52,11 @@ void ReducedSystem::assemble(const Model& model, const Instant& instant, const I
   for (std::size_t i = 0; i < contacts; ++i) {
     offset_[i] = rows;
     rows += 1 + contact(i).tangents;
-    solve_mass(model, contact(i).W, contact_Y_[i]);
+    solve_mass(model, instant, contact(i).W, contact_Y_[i]);
   }
   frictions_ = rows;
   rows += static_cast<int>(frictions);
-  for (std::size_t i = 0; i < frictions; ++i) solve_mass(model, friction(i).W, friction_Y_[i]);
+  for (std::size_t i = 0; i < frictions; ++i) solve_mass(model, instant, friction(i).W, friction_Y_[i]);
 
   W.resize(rows, rows);
   q.resize(rows);
@@ -100,7 +100,7 @@ void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant,
   if (equations == 0) return;
 
   joint_Y_.resize(at(equations));
-  for (int i = 0; i < equations; ++i) solve_mass(model, row(i).W, joint_Y_[at(i)]);
+  for (int i = 0; i < equations; ++i) solve_mass(model, instant, row(i).W, joint_Y_[at(i)]);
   for (int i = 0; i < equations; ++i) {
     for (int j = 0; j <= i; ++j) N_(i, j) = N_(j, i) = couple(row(i).W, joint_Y_[at(j)])(0, 0);
     for (std::size_t j = 0; j < island.contacts.size(); ++j) {
@@ -149,6 +149,18 @@ void ReducedSystem::add_impulses(const Instant& instant, const Island& island, c
     p_b = p0_[static_cast<int>(i)] - NC_.row(static_cast<int>(i)).dot(r);
     instant.joint_rows[at(island.joint_rows[i])].W.add_impulse(WrenchMap<1>::Columns(p_b), impulse);
   }
+}
+
+int joint_rank(const Model& model, const Instant& instant) {
+  if (instant.joint_rows.empty()) return 0;
+  Matrix W = Matrix::Zero(model.nv(), static_cast<Eigen::Index>(instant.joint_rows.size()));
+  Vector column(model.nv());
+  for (std::size_t i = 0; i < instant.joint_rows.size(); ++i) {
+    column.setZero();
+    instant.joint_rows[i].W.add_impulse(WrenchMap<1>::Columns(1.0), column);
+    W.col(static_cast<Eigen::Index>(i)) = column;
+  }
+  return static_cast<int>(Eigen::ColPivHouseholderQR<Matrix>(W).rank());
 }
 
 }  // namespace perp

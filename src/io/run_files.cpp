@@ -26,6 +26,10 @@ std::vector<std::string> trajectory_header(const Model& model) {
       case BodyKind::Particle:
         add(body, {"x", "y", "z", "vx", "vy", "vz"});
         break;
+      case BodyKind::Generalized:
+        for (int i = 1; i <= body.nq; ++i) header.push_back(body.name + ".q" + std::to_string(i));
+        for (int i = 1; i <= body.nv; ++i) header.push_back(body.name + ".v" + std::to_string(i));
+        break;
       case BodyKind::Ground:
       case BodyKind::Prescribed:
         break;  // no coordinates

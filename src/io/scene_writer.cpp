@@ -62,6 +62,7 @@ class SceneWriter {
 
   void body(BodyId id) {
     const Body& b = model_.body(id);
+    if (b.kind == BodyKind::Generalized) cannot_say(scene_, "body '" + b.name + "'");
     out_ += "\n[[body]]\n";
     if (b.name != "body " + std::to_string(id.index)) line("name", in_quotes(b.name));
     line("kind", in_quotes(scene_words::name_of(scene_words::body_kinds, b.kind)));

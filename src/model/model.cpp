@@ -100,7 +100,29 @@ BodyId Model::add_prescribed(PrescribedMotion motion, BodyOptions options) {
              "add_prescribed");
 }
 
+BodyId Model::add_generalized(int n, GeneralizedSystem system, std::string name) {
+  if (n < 1 || n > 6) refuse("add_generalized", "n", n, "needs 1 to 6 coordinates");
+  if (!system.mass || !system.force)
+    refuse("add_generalized", "system", "without mass or force", "needs both as functions");
+  Body body{.kind = BodyKind::Generalized, .nq = n, .nv = n};
+  body.system = std::move(system);
+  return add(std::move(body), {.name = std::move(name)}, "add_generalized");
+}
+
+ContactId Model::add_contact(BodyId id, GeneralizedGap gap, ContactOptions options) {
+  need_index("add_contact", "generalized", id.index, bodies_.size());
+  if (body(id).kind != BodyKind::Generalized)
+    refuse("add_contact", "generalized", body(id).name, "needs to be a generalized body");
+  if (!gap) refuse("add_contact", "gap", "empty", "needs a function");
+  const Gap none([](const Pose&, const Pose&, double) { return ContactPoint{}; });
+  return add_contact(ground, id, none, std::move(gap), std::move(options));
+}
+
 ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options) {
+  return add_contact(a, b, std::move(gap), {}, std::move(options));
+}
+
+ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, ContactOptions options) {
   need_index("add_contact", "a", a.index, bodies_.size());
   need_index("add_contact", "b", b.index, bodies_.size());
   Contact contact{.name = std::move(options.name),
@@ -111,10 +133,13 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options
                   .e = options.e,
                   .tangent = options.tangent,
                   .first_point = points_};
+  contact.own = std::move(own);
   if (contact.name.empty()) contact.name = "contact " + std::to_string(contacts_.size() + 1);
   const std::string where = "contact '" + contact.name + "'";
   if (a == b) refuse(where, "b", body(b).name, "a contact needs two different bodies");
   const BodyKind kind_a = body(a).kind, kind_b = body(b).kind;
+  if (!contact.own && (kind_a == BodyKind::Generalized || kind_b == BodyKind::Generalized))
+    refuse(where, "a or b", "a generalized body", "its gaps are functions of its coordinates");
   if (!moves(kind_a) && !moves(kind_b))
     refuse(where, "a and b", "immovable", "one of them needs to be able to move");
   if (!(contact.mu >= 0) || !std::isfinite(contact.mu))
@@ -125,6 +150,7 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options
     refuse("add_contact", "name", contact.name, "is taken already");
 
   contact.tangents = contact.mu == 0 ? 0 : in_plane(kind_a) && in_plane(kind_b) ? 1 : 2;
+  if (contact.own) contact.tangents = contact.mu == 0 ? 0 : 1;
   add(std::move(contact));
   return {static_cast<int>(contacts_.size()) - 1};
 }
@@ -149,6 +175,8 @@ JointId Model::add_joint(const Joint& joint) {
   if ((a.kind == BodyKind::Particle || b.kind == BodyKind::Particle) && joint.kind != JointKind::Ball &&
       joint.kind != JointKind::Rod)
     refuse(where, "a or b", "a particle", "a particle has no orientation: only a ball joint or a rod fits");
+  if (a.kind == BodyKind::Generalized || b.kind == BodyKind::Generalized)
+    refuse(where, "a or b", "a generalized body", "has no pose to joint");
   for (const JointGeometry& other : joints_)
     if (other.name == named.options.name) refuse("add_joint", "name", other.name, "is taken already");
   JointGeometry g = joint_geometry(named, a.rest, b.rest, in_plane(a.kind) && in_plane(b.kind));
@@ -253,6 +281,9 @@ void Model::add_spring(const Spring& spring) {
     if (!(value >= 0) || !std::isfinite(value))
       refuse("add_spring", argument, value, "needs to be >= 0 and finite");
   };
+  for (const BodyId id : {spring.a, spring.b})
+    if (body(id).kind == BodyKind::Generalized)
+      refuse("add_spring", "a or b", body(id).name, "a generalized body has forces of its own");
   need("stiffness", spring.stiffness);
   need("damping", spring.damping);
   need("length", spring.length);
@@ -265,6 +296,8 @@ void Model::add_spring(const Spring& spring) {
 void Model::add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench, Recipe recipe) {
   need_index("add_force", "body", body.index, bodies_.size());
   if (!wrench) refuse("add_force", "wrench", "empty", "needs a function");
+  if (this->body(body).kind == BodyKind::Generalized)
+    refuse("add_force", "body", this->body(body).name, "a generalized body has forces of its own");
   forces_.push_back({body, std::move(wrench), std::move(recipe)});
   changed();
 }

@@ -42,7 +42,8 @@ State Model::rest() const {
 void Model::set_position(State& x, BodyId id, const Vector3& p) const {
   const Body& b = body(id);
   need_finite("set_position", "p", p);
-  if (b.nv == 0 || (b.kind == BodyKind::Planar && p.z() != 0)) immovable("set_position", b);
+  if (b.nv == 0 || b.kind == BodyKind::Generalized || (b.kind == BodyKind::Planar && p.z() != 0))
+    immovable("set_position", b);
   x.q.segment(b.q0, b.kind == BodyKind::Planar ? 2 : 3) = p.head(b.kind == BodyKind::Planar ? 2 : 3);
 }
 
@@ -96,6 +97,7 @@ Pose Model::pose(const State& x, BodyId id) const {
     case BodyKind::Prescribed:
       return b.motion.pose(x.t);
     case BodyKind::Ground:
+    case BodyKind::Generalized:
       break;
   }
   return {};
@@ -113,9 +115,22 @@ Twist Model::twist(const State& x, BodyId id) const {
     case BodyKind::Prescribed:
       return b.motion.twist(x.t);
     case BodyKind::Ground:
+    case BodyKind::Generalized:
       break;
   }
   return {};
+}
+
+void Model::set_coordinates(State& x, BodyId id, const Vector& q, const Vector& nu) const {
+  const Body& b = body(id);
+  if (b.kind != BodyKind::Generalized)
+    refuse("set_coordinates", "generalized", b.name, "needs to be a generalized body");
+  for (const auto& [argument, v] : {std::pair("q", &q), std::pair("nu", &nu)})
+    if (v->size() != b.nv || !v->allFinite())
+      refuse("set_coordinates", argument, static_cast<double>(v->size()),
+             "needs " + std::to_string(b.nv) + " finite entries");
+  x.q.segment(b.q0, b.nq) = q;
+  x.nu.segment(b.v0, b.nv) = nu;
 }
 
 double Model::angle(const State& x, BodyId id) const {
@@ -185,6 +200,8 @@ double Model::kinetic_energy(const State& x) const {
       energy += 0.5 * (b.mass * nu.head<2>().squaredNorm() + b.J(2, 2) * nu[2] * nu[2]);
     } else if (b.kind == BodyKind::Particle) {
       energy += 0.5 * b.mass * nu.squaredNorm();
+    } else if (b.kind == BodyKind::Generalized) {
+      energy += 0.5 * nu.dot(b.system.mass(x.q.segment(b.q0, b.nq)) * nu);
     }
   }
   return energy;
@@ -194,7 +211,11 @@ double Model::energy(const State& x) const {
   double energy = kinetic_energy(x);
   for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
     const Body& b = bodies_[static_cast<std::size_t>(i)];
-    if (b.nv > 0) energy -= b.mass * gravity_.dot(position(x, {i}));
+    if (b.kind == BodyKind::Generalized) {
+      if (b.system.potential) energy += b.system.potential(x.q.segment(b.q0, b.nq));
+    } else if (b.nv > 0) {
+      energy -= b.mass * gravity_.dot(position(x, {i}));
+    }
   }
   for (const Spring& s : springs_) {
     const double stretch = (pose(x, s.b) * s.point_b - pose(x, s.a) * s.point_a).norm() - s.length;
@@ -211,7 +232,7 @@ Momentum Model::momentum(const State& x) const {
   Momentum sum;
   for (int i = 0; i < static_cast<int>(bodies_.size()); ++i) {
     const Body& b = bodies_[static_cast<std::size_t>(i)];
-    if (b.nv == 0) continue;
+    if (b.nv == 0 || b.kind == BodyKind::Generalized) continue;
     const Pose X = pose(x, {i});
     const Twist V = twist(x, {i});
     sum.linear += b.mass * V.v;
@@ -237,6 +258,10 @@ void Model::check(std::string_view where, const State& x) const {
 void move(const Model& model, const Vector& nu, double h, Vector& q) {
   for (const Body& b : model.bodies()) {
     if (b.nv == 0) continue;
+    if (b.kind == BodyKind::Generalized) {
+      q.segment(b.q0, b.nq) += h * nu.segment(b.v0, b.nv);
+      continue;
+    }
     q.segment<3>(b.q0) += h * nu.segment<3>(b.v0);
     if (b.kind == BodyKind::Spatial)
       set(q, b.q0, (orientation(q, b.q0) * rotation(h * nu.segment<3>(b.v0 + 3))).normalized());

@@ -40,7 +40,7 @@ double JointProjection::move_onto(const Model& model, State& x, Instant& s) {
       reduced_[i].assemble(model, s, rows_, still_, bias_);
       reduced_[i].add_impulses(s, rows_, nothing_, impulse_, reactions_);
     }
-    solve_mass(model, impulse_, d_);
+    solve_mass(model, s, impulse_, d_);
     move(model, d_, 1, x.q);
     evaluate(model, x, s);
     const double now = s.joint_error();

@@ -70,7 +70,7 @@ void LcpStepper::Workspace::assemble(const Model& model, const Instant& s, std::
 /// nu_free, the seed's psi/h terms, and the contacts that these let close within the step.
 void LcpStepper::begin(const Model& model, const State& x, const StepRequest& request, const Instant& s) {
   Workspace& w = *work_;
-  solve_mass(model, s.k, w.nu_free);
+  solve_mass(model, s, s.k, w.nu_free);
   w.nu_free = x.nu + request.h * w.nu_free;
 
   w.joint_bias.resize(static_cast<Eigen::Index>(s.joint_rows.size()));
@@ -119,7 +119,7 @@ bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& 
   }
 
   // nu+ from the Newton-Euler equation (25)
-  solve_mass(model, answer.impulse, answer.nu);
+  solve_mass(model, s, answer.impulse, answer.nu);
   answer.nu += w.nu_free;
   for (std::size_t i = 0; i < islands.size(); ++i) certify(s, islands[i], i, answer);
   return true;

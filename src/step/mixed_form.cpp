@@ -72,7 +72,7 @@ bool solve_mixed(const Model& model, const Instant& s, const std::vector<Vector2
   for (int i = 0; i < nb; ++i) W_b.col(i) = dense(s.joint_rows[at(i)].W, 0, nv);
   Vector column;
   for (int i = 0; i < nv; ++i) {
-    multiply_mass(model, Vector::Unit(nv, i), column);
+    multiply_mass(model, s, Vector::Unit(nv, i), column);
     M.col(i) = column;
   }
 
@@ -114,7 +114,7 @@ bool solve_mixed(const Model& model, const Instant& s, const std::vector<Vector2
 
   // the answer, and what the complementarity conditions leave at nu+: impulses count as the velocities that they cause
   const auto mobility = [&](const Vector& direction) {
-    solve_mass(model, direction, column);
+    solve_mass(model, s, direction, column);
     return direction.dot(column);
   };
   answer.nu = solution.u.head(nv);

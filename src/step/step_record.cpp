@@ -15,7 +15,7 @@ double newton_euler_residual(const Model& model, const Instant& start, const Vec
                              double h) {
   double worst = 0;
   for (const Body& b : model.bodies()) {
-    if (b.nv == 0) continue;
+    if (b.nv == 0 || b.kind == BodyKind::Generalized) continue;
     Eigen::Matrix<double, 6, 1> f = Eigen::Matrix<double, 6, 1>::Zero();
     const auto change = [&](int i) { return answer.nu[b.v0 + i] - nu[b.v0 + i]; };
     const int linear = b.kind == BodyKind::Planar ? 2 : 3;
@@ -24,6 +24,12 @@ double newton_euler_residual(const Model& model, const Instant& start, const Vec
     if (b.kind == BodyKind::Spatial) f.tail<3>() = b.J * Vector3(change(3), change(4), change(5));
     for (int i = 0; i < b.nv; ++i)
       worst = std::max(worst, std::abs(f[i] - h * start.k[b.v0 + i] - answer.impulse[b.v0 + i]));
+  }
+  for (const Instant::GeneralizedMass& mass : start.masses) {
+    const Body& b = model.bodies()[at(mass.body)];
+    const auto part = [&](const Vector& v) { return v.segment(b.v0, b.nv); };
+    const Vector f = mass.M * (part(answer.nu) - part(nu)) - h * part(start.k) - part(answer.impulse);
+    worst = std::max(worst, f.cwiseAbs().maxCoeff());
   }
   return worst;
 }
@@ -35,6 +41,11 @@ double kinematic_residual(const Model& model, const Vector& q, const Vector& nu,
   double worst = 0;
   for (const Body& b : model.bodies()) {
     if (b.nv == 0) continue;
+    if (b.kind == BodyKind::Generalized) {
+      const Vector d = q_end.segment(b.q0, b.nq) - q.segment(b.q0, b.nq) - h * nu.segment(b.v0, b.nv);
+      worst = std::max(worst, d.cwiseAbs().maxCoeff());
+      continue;
+    }
     const Vector3 d = q_end.segment<3>(b.q0) - q.segment<3>(b.q0) - h * nu.segment<3>(b.v0);
     worst = std::max(worst, d.cwiseAbs().maxCoeff());
     if (b.kind != BodyKind::Spatial) continue;

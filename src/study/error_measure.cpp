@@ -26,7 +26,8 @@ double configuration_error(const Model& model, const State& a, const State& b) {
   double largest = 0;
   for (const Body& body : model.bodies()) {
     if (body.nv == 0) continue;
-    largest = std::max(largest, (a.q - b.q).segment<3>(body.q0).lpNorm<Eigen::Infinity>());
+    const int places = body.kind == BodyKind::Generalized ? body.nq : 3;
+    largest = std::max(largest, (a.q - b.q).segment(body.q0, places).lpNorm<Eigen::Infinity>());
     if (body.kind != BodyKind::Spatial) continue;
     const auto orientation = [&](const State& x) {
       const auto q = x.q.segment<4>(body.q0 + 3);

@@ -96,6 +96,7 @@ Scene bennett(Parameters&);      // scenes_bennett.cpp
 Scene dzhanibekov(Parameters&);  // scenes_rotation.cpp
 Scene heavy_top(Parameters&);
 Scene free_spin(Parameters&);
+Scene woodpecker(Parameters&);     // scenes_woodpecker.cpp
 Scene rocking_block(Parameters&);  // scenes_corners.cpp
 Scene painleve_rod(Parameters&);
 Scene rolling_ellipse(Parameters&);  // scenes_rolling.cpp

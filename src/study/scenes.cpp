@@ -110,6 +110,7 @@ constexpr BuiltIn built_in[] = {
     {"card", card},
     {"arch", arch},
     {"euler-disk", euler_disk},
+    {"woodpecker", woodpecker},
     {"free-spin", free_spin},
     {"wedge", wedge},
     {"peg", peg},

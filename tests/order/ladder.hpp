@@ -38,7 +38,8 @@ inline double distance(const Model& model, const State& a, const State& b) {
   for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
     const Body& body = model.body({i});
     if (body.nv == 0) continue;
-    largest = std::max(largest, (a.q - b.q).segment<3>(body.q0).lpNorm<Eigen::Infinity>());
+    const int places = body.kind == BodyKind::Generalized ? body.nq : 3;
+    largest = std::max(largest, (a.q - b.q).segment(body.q0, places).lpNorm<Eigen::Infinity>());
     if (body.kind == BodyKind::Spatial)
       largest =
           std::max(largest, rotation_vector(model.pose(a, {i}).q.conjugate() * model.pose(b, {i}).q).norm());

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "perp/instant/instant.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/study/scene.hpp"
@@ -205,4 +206,61 @@ TEST_CASE("friction in a screw, a hinge and a slide takes energy and then holds"
   CHECK(std::abs(model.coordinate_rate(motion.back(), joint)) < 1e-14);
   CHECK(motion.report(0).joint("rough").mode == ContactMode::Slip);
   CHECK(motion.report(199).joint("rough").mode == ContactMode::Stick);
+}
+
+TEST_CASE("assembly finds the nearest closed loop and the nearest motion that it allows", "[joint][assembly]") {
+  const char* name = GENERATE("four-bar", "bennett", "slider-crank", "double-pendulum");
+  const Scene s = scene(name);
+  State x = s.start;
+  for (int i = 0; i < s.model.nv(); ++i) {  // a rough pose
+    Vector d = Vector::Unit(s.model.nv(), i);
+    move(s.model, d, 0.05 * std::sin(3.0 * i + 1), x.q);
+    x.nu[i] += 0.3 * std::cos(2.0 * i);
+  }
+  const State rough = x;
+  const Projection found = project_onto_constraints(s.model, x);
+  CAPTURE(name, found.iterations);
+  REQUIRE(found.reached);
+  CHECK(found.joint_error < 1e-13);
+  CHECK(found.moved > 0.01);
+  CHECK(found.moved < 0.3);
+  CHECK(found.moved_velocity > 0.01);
+
+  // nearest: small moves along the joints do not shorten the way, to first order
+  const auto distance = [&](const State& y) {
+    double sum = 0;
+    for (const Body& b : s.model.bodies()) {
+      if (b.nv == 0) continue;
+      const Vector3 p = y.q.segment<3>(b.q0) - rough.q.segment<3>(b.q0);
+      if (b.kind == BodyKind::Planar) {
+        sum += b.mass * p.head<2>().squaredNorm() + b.J(2, 2) * p.z() * p.z();
+        continue;
+      }
+      const auto q = [&](const State& z) { return Quaternion(z.q[b.q0 + 3], z.q[b.q0 + 4], z.q[b.q0 + 5], z.q[b.q0 + 6]); };
+      const Vector3 phi = rotation_vector(q(rough).conjugate() * q(y));
+      sum += b.mass * p.squaredNorm() + phi.dot(b.J * phi);
+    }
+    return sum;
+  };
+  const double h = 1e-4 / std::max(1.0, x.nu.norm());
+  State plus = x, minus = x;
+  move(s.model, x.nu, h, plus.q);
+  move(s.model, x.nu, -h, minus.q);
+  const double slope = (distance(plus) - distance(minus)) / (2e-4);
+  CHECK(std::abs(slope) < 1e-5 * (1 + distance(x)));
+  Instant now;
+  evaluate(s.model, x, now);
+  for (const JointRowInstant& row : now.joint_rows) CHECK(std::abs(row.velocity(x.nu)) < 1e-11);
+}
+
+TEST_CASE("assembly says so where joints contradict each other", "[joint][assembly]") {
+  Model model;
+  const BodyId mover = model.add_prescribed(PrescribedMotion::shaker({1, 0, 0}, 1)), bead = model.add_particle(1);
+  model.add_joint(ball(ground, bead));
+  model.add_joint(ball(mover, bead));
+  State x = model.rest();
+  x.t = 1;
+  const Projection found = project_onto_constraints(model, x);
+  CHECK_FALSE(found.reached);
+  CHECK(found.joint_error > 0.1);
 }

@@ -103,6 +103,12 @@ struct Instant {
   double gap_min() const;      ///< min psi_n [m]; infinity without contacts
   double joint_error() const;  ///< max |psi_b| [m, rad]; 0 without joints
 
+  struct GeneralizedMass {
+    int body;           ///< in Model::bodies()
+    Matrix M, inverse;  ///< (nv, nv) at q
+  };
+  std::vector<GeneralizedMass> masses;  ///< of generalized bodies, in the model's order
+
   std::vector<int> contact_of_point;  ///< of each point of the model, its entry in `contacts`, or -1
   std::vector<Matrix3> R;             ///< X's rotations, as matrices
   std::vector<ContactPoint> points;   ///< scratch
@@ -115,9 +121,15 @@ void evaluate(const Model& model, const State& x, Instant& instant, const Instan
 /// The part of it that does not depend on joints and contacts: poses, twists, k. For other velocities at the same q.
 void evaluate_loads(const Model& model, const State& x, Instant& instant);
 
-/// M^-1 f for a vector of the system's velocity space; M is block diagonal and constant in nu's axes.
-void solve_mass(const Model& model, const Vector& f, Vector& out);
+/// M^-1 f for a vector of the system's velocity space; M is block diagonal, and in nu's axes constant but for generalized bodies.
+void solve_mass(const Model& model, const Instant& instant, const Vector& f, Vector& out);
 /// M nu.
+void multiply_mass(const Model& model, const Instant& instant, const Vector& nu, Vector& out);
+/// The part of the body of that index: f and out have its nv entries.
+void solve_mass(const Model& model, const Instant& instant, int body, const double* f, double* out);
+
+// The same of models without generalized bodies.
+void solve_mass(const Model& model, const Vector& f, Vector& out);
 void multiply_mass(const Model& model, const Vector& nu, Vector& out);
 /// One body's part of M^-1 f: f and out have its nv entries.
 void solve_mass(const Body& body, const double* f, double* out);

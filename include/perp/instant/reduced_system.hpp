@@ -53,4 +53,7 @@ class ReducedSystem {
   Eigen::LLT<Matrix> llt_;
 };
 
+/// Rank of W_b, all rows of all joints: nv less it are the degrees of freedom that they leave.
+[[nodiscard]] int joint_rank(const Model& model, const Instant& instant);
+
 }  // namespace perp

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "perp/core/pose.hpp"
+#include "perp/model/generalized.hpp"
 #include "perp/model/inertia.hpp"
 #include "perp/model/recipe.hpp"
 
@@ -25,7 +26,8 @@ inline constexpr BodyId ground{0};
 /// Particle    x y z                                      v (world)
 /// Planar      x y angle, in the world's xy plane         vx vy omega
 /// Spatial     x y z, unit quaternion w x y z             v (world), w (body axes: M stays constant)
-enum class BodyKind { Ground, Prescribed, Particle, Planar, Spatial };
+/// Generalized n coordinates of its own                   q'
+enum class BodyKind { Ground, Prescribed, Particle, Planar, Spatial, Generalized };
 
 /// A motion that nothing can change: shakers, turntables, belts. `pose` and `twist` belong together (twist is the
 /// velocity of pose, world axes: dPsi/dt of the gap rows); `surface` is the velocity [m/s] of the surface relative
@@ -58,6 +60,7 @@ struct Body {
   Matrix3 J_inverse = Matrix3::Zero();  ///< of J; planar: (2, 2)
   Pose rest = {};                       ///< pose in Model::rest(), where joints are defined
   PrescribedMotion motion = {};         ///< of a prescribed body
+  GeneralizedSystem system = {};        ///< of a generalized one, which has no mass, J or pose
   int q0 = 0, nq = 0;                   ///< its part of State::q
   int v0 = 0, nv = 0;                   ///< its part of State::nu
 };

@@ -51,6 +51,7 @@ struct Contact {
     int coordinate = 0;
     double side = 1, limit = 0;
   } stop = {};
+  GeneralizedGap own = {};  ///< of a generalized body b with the ground: counts in place of `gap`
 };
 
 struct Momentum {
@@ -70,7 +71,11 @@ class Model {
   BodyId add_particle(double mass, BodyOptions options = {});  ///< 3 velocities
   BodyId add_prescribed(PrescribedMotion motion, BodyOptions options = {});  ///< no unknowns
 
+  /// `n` coordinates, 1 to 6; q and nu start at zero. Methods: lcp, lcp-ap.
+  BodyId add_generalized(int n, GeneralizedSystem system, std::string name = {});
+
   ContactId add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options = {});
+  ContactId add_contact(BodyId generalized, GeneralizedGap gap, ContactOptions options = {});
   JointId add_joint(const Joint& joint);
   void add_limit(JointId joint, const JointLimit& limit);
   void add_motion(JointId joint, JointMotion motion,
@@ -108,7 +113,8 @@ class Model {
   void set_position(State& x, BodyId b, const Vector3& p) const;
   void set_orientation(State& x, BodyId b, const Quaternion& q) const;  ///< normalised; planar: about z
   void set_velocity(State& x, BodyId b, const Vector3& v, const Vector3& w = Vector3::Zero()) const;
-  Pose pose(const State& x, BodyId b) const;    ///< X_WB
+  void set_coordinates(State& x, BodyId generalized, const Vector& q, const Vector& nu) const;
+  Pose pose(const State& x, BodyId b) const;    ///< X_WB; of a generalized body the ground's
   Twist twist(const State& x, BodyId b) const;  ///< of X_WB
   Vector3 position(const State& x, BodyId b) const { return pose(x, b).p; }
   Vector3 velocity(const State& x, BodyId b) const { return twist(x, b).v; }
@@ -143,6 +149,7 @@ class Model {
 
  private:
   BodyId add(Body body, BodyOptions options, const char* where);
+  ContactId add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, ContactOptions options);
   void add(Contact contact);
   const JointCoordinate& need_coordinate(std::string_view where, JointId joint, int coordinate) const;
   void changed();

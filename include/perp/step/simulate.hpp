@@ -37,13 +37,17 @@ struct Projection {
   bool reached = false;  ///< whether the constraints hold now to the tolerance
   int iterations = 0;
   double moved = 0;           ///< largest change of a coordinate [m, rad]
+  double moved_velocity = 0;  ///< largest change of a velocity [m/s, rad/s]
   double gap_min = infinity;  ///< afterwards [m]
   double joint_error = 0;     ///< afterwards [m, rad]
 };
 
-/// Moves x to a nearby state with psi_b = 0, psi_n >= 0 (Newton steps, each the shortest in the norm of M), then takes away the
-/// velocity that joints and closed contacts do not allow (an impact without friction or restitution).
-/// `tolerance` is relative to the largest violation at the start, or 1e-14 m where that is less. Steps of at most 50.
+/// Assembly: moves x to the nearest state with psi_b = 0, psi_n >= 0 in the norm of M (its displacements d from where x was, as
+/// positions and rotation vectors, make d^T M d stationary), then takes away the velocity that joints and closed contacts do not
+/// allow (an impact without friction or restitution). Sequential quadratic programming: each step is the LCP of
+///   min over s of (d + s)^T M (d + s),   psi_b + W_b^T s = 0,   psi_n + W_n^T s >= 0,
+/// no longer than a third of a radian in any rotation. `tolerance` is relative to the largest violation at the start, or 1e-14 m
+/// where that is less. Steps of at most 200.
 [[nodiscard]] Projection project_onto_constraints(const Model& model, State& x, double tolerance = 1e-13);
 
 }  // namespace perp
