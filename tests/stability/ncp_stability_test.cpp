@@ -23,7 +23,7 @@ void stands(const Scene& s, std::string_view method, double T, double h, double 
 
 /// Joints stay closed; with them loops.
 void stays_closed(const Model& model, const State& start, std::string_view method, double T) {
-  const Course c = course(model, start, method, T, 0.01);
+  const Course c = course(model, start, method, T, 0.005);
   CAPTURE(method, c.steps);
   REQUIRE(c.finished);
   CHECK(c.joint_error < 1e-10);
