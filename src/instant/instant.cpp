@@ -223,10 +223,17 @@ bool finite(const ContactPoint& p) {
   return std::isfinite(p.gap) && p.normal.allFinite() && p.point.allFinite() && std::isfinite(p.gap_t);
 }
 
-void evaluate_contacts(const Model& model, const State& x, Instant& s, const Instant* like) {
+void evaluate_contacts(const Model& model, const State& x, Instant& s, const Instant* like,
+                       const std::vector<int>* only) {
+  const auto all_points = static_cast<std::size_t>(model.contact_points());
+  if (s.contact_of_point.size() == all_points)
+    for (const ContactInstant& c : s.contacts) s.contact_of_point[static_cast<std::size_t>(c.point)] = -1;
+  else
+    s.contact_of_point.assign(all_points, -1);
   s.contacts.clear();
-  s.contact_of_point.assign(static_cast<std::size_t>(model.contact_points()), -1);
-  for (std::size_t i = 0; i < model.contacts().size(); ++i) {
+  const std::size_t looked_at = only == nullptr ? model.contacts().size() : only->size();
+  for (std::size_t k = 0; k < looked_at; ++k) {
+    const std::size_t i = only == nullptr ? k : static_cast<std::size_t>((*only)[k]);
     const Contact& contact = model.contacts()[i];
     const auto a = static_cast<std::size_t>(contact.a.index), b = static_cast<std::size_t>(contact.b.index);
     if (contact.stop.joint >= 0) {
@@ -297,12 +304,13 @@ void evaluate_loads(const Model& model, const State& x, Instant& instant) {
   add_loads(model, x, instant);
 }
 
-void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like) {
+void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like,
+              const std::vector<int>* only) {
   instant.fault.clear();
   evaluate_loads(model, x, instant);
   evaluate_joints(model, x, instant);
   evaluate_joint_loads(model, x, instant);
-  evaluate_contacts(model, x, instant, like);
+  evaluate_contacts(model, x, instant, like, only);
   for (const auto* rows : {&instant.joint_rows, &instant.joint_coordinates})
     for (const JointRowInstant& row : *rows)
       if (instant.fault.empty() && !(std::isfinite(row.psi_b) && std::isfinite(row.psi_b_t) &&

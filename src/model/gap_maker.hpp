@@ -28,7 +28,7 @@ struct Arguments : std::vector<double> {
   Arguments& operator<<(const Plane& plane) { return *this << plane.normal << plane.point; }
 };
 
-/// The gap of a shape with points(), evaluate(X_WA, X_WB, out) and differentiate(X_WA, X_WB, out).
+/// The gap of a shape with points(), lever_a(), lever_b(), evaluate(X_WA, X_WB, out) and differentiate(X_WA, X_WB, out).
 template <class Shape>
 Gap gap_of(std::string_view maker, Shape shape, const Arguments& arguments) {
   Gap gap =
@@ -39,6 +39,7 @@ Gap gap_of(std::string_view maker, Shape shape, const Arguments& arguments) {
         for (ContactDerivative& d : out) d = {};
         shape.differentiate(X_WA, X_WB, out);
       });
+  gap.levers(shape.lever_a(), shape.lever_b());
   gap.made_by({maker, arguments, {}});
   return gap;
 }

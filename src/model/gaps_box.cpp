@@ -15,6 +15,8 @@ struct SphereOnBox {
   Vector3 half;
 
   int points() const { return 1; }
+  double lever_a() const { return half.norm(); }
+  double lever_b() const { return 0; }
 
   /// The centre in the box's axes; the outward direction; which coordinates count for it; the distance (< 0 inside).
   struct Nearest {
@@ -94,6 +96,8 @@ struct BoxOnBox {
   Vector3 a, b;  // half sizes
 
   int points() const { return 8; }
+  double lever_a() const { return infinity; }  // its points come and go as it slides: not a distance
+  double lever_b() const { return infinity; }
 
   /// Corners (x, y, z) in A's axes of B's bottom face, clipped; from the pose of B in A's axes over any scalar.
   template <class S>

@@ -1,4 +1,6 @@
 // A plane of A against points, balls and ellipsoids of B.
+#include <algorithm>
+
 #include "model/gap_maker.hpp"
 
 namespace perp {
@@ -11,6 +13,12 @@ struct BallsOnPlane {
   Plane plane;
 
   int points() const { return static_cast<int>(centres.size()); }
+  double lever_a() const { return infinity; }  // the plane has no end
+  double lever_b() const {
+    double longest = 0;
+    for (const Vector3& c : centres) longest = std::max(longest, c.norm());
+    return longest;
+  }
 
   void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {
     const WorldPlane floor(plane, X_WA);
@@ -41,6 +49,8 @@ struct EllipsoidOnPlane {
   Vector3 centre = Vector3::Zero();  // B's axes
 
   int points() const { return 1; }
+  double lever_a() const { return infinity; }
+  double lever_b() const { return std::sqrt(squares.maxCoeff()); }
 
   struct Lowest {
     double support;

@@ -14,6 +14,10 @@ struct Round {
   bool axis_turns = true;           // false: a planar scene's z axis
 
   int points() const { return 1; }
+  double lever_a() const {
+    return axis.isZero(0) || !axis_turns ? 0 : infinity;
+  }  // the normal meets the centre
+  double lever_b() const { return 0; }
   Vector3 world_axis(const Pose& X_WA) const { return axis_turns ? Vector3(X_WA.q * axis) : axis; }
 
   void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {

@@ -22,6 +22,7 @@ void LastImpulses::prepare(const Model& model, const Instant& s, const State& x)
     return;
   revision = model.revision();
   contact.assign(at(model.contact_points()), Vector3::Zero());
+  touching.clear();
   row.assign(s.joint_rows.size(), 0);
   friction.assign(s.joint_frictions.size(), 0);
   h = 0;
@@ -202,8 +203,12 @@ void report_end(const Model& model, const Instant& end, const State& moved, Step
 
 void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, const StepReport& report,
                    const State& end, LastImpulses& last) {
-  std::fill(last.contact.begin(), last.contact.end(), Vector3::Zero());
-  for (const ContactRow& row : report.contacts) last.contact[at(row.point)] = row.impulse;
+  for (const int point : last.touching) last.contact[at(point)].setZero();
+  last.touching.clear();
+  for (const ContactRow& row : report.contacts) {
+    last.contact[at(row.point)] = row.impulse;
+    last.touching.push_back(row.point);
+  }
   for (const Reaction& r : reactions) {
     if (r.of == Reaction::Of::JointRow) last.row[at(r.source)] = r.p.x();
     if (r.of == Reaction::Of::JointFriction) last.friction[at(r.source)] = r.p.y();

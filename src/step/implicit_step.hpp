@@ -10,6 +10,7 @@ namespace perp {
 /// Impulses of the last step, first guesses of the next: by contact point (world axes), joint row and joint friction.
 struct LastImpulses {
   std::vector<Vector3> contact;
+  std::vector<int> touching;  ///< the points that `contact` is not zero of
   std::vector<double> row, friction;
   double h = 0;
   State end;  ///< where that step ended

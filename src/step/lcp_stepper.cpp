@@ -218,7 +218,7 @@ bool LcpStepper::solve_positions(const Model& model, const State& x, const Insta
     move(model, w.answer.nu, request.h, w.moved.q);
     w.moved.nu = w.answer.nu;
     if (!w.moved.q.allFinite()) return fail(StepStatus::NotFinite, "the step's velocities are not finite");
-    evaluate(model, w.moved, w.end);
+    evaluate(model, w.moved, w.end, nullptr, w.start.near());
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
 
     const double before = error;
@@ -238,7 +238,7 @@ bool LcpStepper::solve_positions(const Model& model, const State& x, const Insta
 
 void LcpStepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Workspace& w = *work_;
-  const Instant& s = w.start.at(model, x);
+  const Instant& s = w.start.at(model, x, request.h);
   const auto fail = [&](StepStatus status, const std::string& why) {
     report.status = status;
     report.message = why;
@@ -247,6 +247,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
 
   begin(model, x, request, s);
   if (!solve_positions(model, x, s, request, report)) return;
+  if (w.start.widen(model, w.end)) return advance(model, x, request, report);
 
   Answer* final = &w.answer;
   if (set_rebound(x, s)) {
@@ -259,6 +260,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
 
   w.moved.nu = final->nu;
   if (!w.moved.nu.allFinite()) return fail(StepStatus::NotFinite, "the step's velocities are not finite");
+  if (final == &w.rebound) evaluate(model, w.moved, w.end, nullptr, w.start.near());
   const double joints_before = w.end.joint_error();
   const bool loop = options_.close_joints && !s.joint_rows.empty();
   w.q_free = w.moved.q;
@@ -285,7 +287,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
 std::vector<Lcp> LcpStepper::problems(const Model& model, const State& x, double h) {
   model.check("LcpStepper::problems", x);
   Workspace& w = *work_;
-  const Instant& s = w.start.at(model, x);
+  const Instant& s = w.start.at(model, x, h);
   begin(model, x, {.h = h}, s);
   w.islands.find(model, s, w.active);
   const std::size_t islands = w.islands.get().size();

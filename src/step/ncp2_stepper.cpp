@@ -38,10 +38,11 @@ void carry(const Model& model, const Vector& nu, double h, Vector& y) {
 ///   T(nu_½)^-1 M nu_½ - M nu_l - h/2 f(q_l, nu_½) = W(q_l) p_1.
 class FirstStage final : public StepProblem {
  public:
-  FirstStage(const Model& model, const Instant& start, const State& x, const StepRequest& request,
-             Instant& end, Instant& scratch, ContactDerivatives& geometry)
+  FirstStage(const Model& model, const Instant& start, const std::vector<int>* near, const State& x,
+             const StepRequest& request, Instant& end, Instant& scratch, ContactDerivatives& geometry)
       : model_(model),
         start_(start),
+        near_(near),
         x_(x),
         request_(request),
         end_(end),
@@ -58,7 +59,7 @@ class FirstStage final : public StepProblem {
     moved_.nu = nu;
     move(model_, nu, request_.h, moved_.q);
     if (!moved_.q.allFinite()) return false;
-    perp::evaluate(model_, moved_, end_, &start_);
+    perp::evaluate(model_, moved_, end_, &start_, near_);
     if (!end_.fault.empty()) return false;
     half_.nu = nu;
     loads_at(model_, start_, half_, scratch_, load_);
@@ -155,6 +156,7 @@ class FirstStage final : public StepProblem {
 
   const Model& model_;
   const Instant& start_;
+  const std::vector<int>* near_;  // contacts to look at
   const State& x_;
   const StepRequest& request_;
   Instant &end_, &scratch_;
@@ -296,7 +298,7 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
 
 void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Workspace& w = *work_;
-  const Instant& s = w.start.at(model, x);
+  const Instant& s = w.start.at(model, x, request.h);
   const double h = request.h;
   const auto fail = [&](StepStatus status, const std::string& why) {
     report.status = status;
@@ -315,7 +317,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   w.nu = x.nu + 0.5 * h * w.nu;
   w.first.begin(model, s, x, h, 0.5 * h, w.last, w.nu);
 
-  FirstStage problem(model, s, x, request, w.end, w.scratch, w.geometry);
+  FirstStage problem(model, s, w.start.near(), x, request, w.end, w.scratch, w.geometry);
   const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
   do {
     w.newton.solve(model, problem, how, w.nu, w.first.all, w.outcome);
@@ -324,6 +326,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
     if (!w.outcome.converged) return inexact("first", w.outcome.residuals);
   } while (w.first.add_overlapping(s, w.end));
+  if (w.start.widen(model, w.end)) return advance(model, x, request, report);
   w.history.residuals = w.outcome.history;
   w.moved = problem.moved();
   const Vector half = w.moved.nu;
@@ -347,7 +350,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
                       .joints = h * std::max(e.joints, e2.joints),
                       .normal = std::max(e.normal, e2.normal),
                       .friction = std::max(e.tangential, e2.tangential)};
-  evaluate(model, w.moved, w.end, &s);
+  evaluate(model, w.moved, w.end, &s, w.start.near());
   report_reactions(s, w.first.all, x.nu, half, speed, report);
   report_reactions(w.end, w.closed, half, w.nu, speed, report);
   report_end(model, w.end, w.moved, report);

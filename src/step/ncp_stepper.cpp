@@ -15,10 +15,11 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 /// (25)-(38) at the end of the step, in nu+ and p.
 class EndOfStep final : public StepProblem {
  public:
-  EndOfStep(const Model& model, const Instant& start, const State& x, const StepRequest& request,
-            Directions directions, Instant& end, ContactDerivatives& geometry)
+  EndOfStep(const Model& model, const Instant& start, const std::vector<int>* near, const State& x,
+            const StepRequest& request, Directions directions, Instant& end, ContactDerivatives& geometry)
       : model_(model),
         start_(start),
+        near_(near),
         x_(x),
         request_(request),
         directions_(directions),
@@ -32,7 +33,7 @@ class EndOfStep final : public StepProblem {
     moved_.nu = nu;
     move(model_, nu, request_.h, moved_.q);
     if (!moved_.q.allFinite()) return false;
-    perp::evaluate(model_, moved_, end_, &start_);
+    perp::evaluate(model_, moved_, end_, &start_, near_);
     if (!end_.fault.empty()) return false;
     multiply_mass(model_, nu - x_.nu, R);
     R -= request_.h * end_.k;
@@ -134,6 +135,7 @@ class EndOfStep final : public StepProblem {
 
   const Model& model_;
   const Instant& start_;
+  const std::vector<int>* near_;  // contacts to look at
   const State& x_;
   const StepRequest& request_;
   Directions directions_;
@@ -170,7 +172,7 @@ const NewtonHistory& NcpStepper::history() const { return work_->history; }
 
 void NcpStepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Workspace& w = *work_;
-  const Instant& s = w.start.at(model, x);
+  const Instant& s = w.start.at(model, x, request.h);
   const double h = request.h;
   const auto fail = [&](StepStatus status, const std::string& why) {
     report.status = status;
@@ -183,13 +185,14 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   w.nu = x.nu + h * w.nu;
   w.step.begin(model, s, x, h, h, w.last, w.nu);
 
-  EndOfStep problem(model, s, x, request, options_.directions, w.end, w.geometry);
+  EndOfStep problem(model, s, w.start.near(), x, request, options_.directions, w.end, w.geometry);
   const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
   do {
     w.newton.solve(model, problem, how, w.nu, w.step.all, w.outcome);
     report.iterations += w.outcome.iterations;
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
   } while (w.outcome.converged && w.step.add_overlapping(s, w.end));
+  if (w.start.widen(model, w.end)) return advance(model, x, request, report);
   w.history.residuals = w.outcome.history;
   report.solver = w.outcome.solver;
   const State& moved = problem.moved();
@@ -243,7 +246,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
 
   State next = moved;
   next.nu = nu;
-  if (bounces) evaluate(model, next, w.end, &s);
+  if (bounces) evaluate(model, next, w.end, &s, w.start.near());
   report_reactions(options_.directions == Directions::End ? w.end : s, *final, x.nu, nu, e.speed, report);
   report_end(model, w.end, next, report);
   report.status = StepStatus::Solved;

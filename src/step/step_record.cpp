@@ -129,17 +129,56 @@ void record_joints(const Model& model, const Instant& start, const State& x, con
 
 }  // namespace
 
-const Instant& StartInstant::at(const Model& model, const State& x) {
-  if (revision_ != model.revision() || x.t != x_.t || x.q != x_.q || x.nu != x_.nu ||
-      x.winding.size() != x_.winding.size() || x.winding != x_.winding) {
-    evaluate(model, x, instant_);
-    revision_ = model.revision();
-    x_ = x;
+/// How far gaps may shrink in a step at the velocities at its start and those that loads alone give, with room to spare.
+double reach(const Model& model, const Instant& s, double h, double lever) {
+  constexpr double spare = 1.25;
+  Vector gained;
+  solve_mass(model, s.k, gained);
+  double fastest = 0;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    double speed = s.V[i].v.norm() + lever * s.V[i].w.norm();
+    if (b.nv > 0) speed += h * std::max(1.0, lever) * gained.segment(b.v0, b.nv).norm();
+    fastest = std::max(fastest, speed);
   }
+  return 2 * spare * h * fastest;
+}
+
+const Instant& StartInstant::at(const Model& model, const State& x, double h) {
+  const bool known = revision_ == model.revision() && x.t == x_.t && x.q == x_.q && x.nu == x_.nu &&
+                     x.winding.size() == x_.winding.size() && x.winding == x_.winding &&
+                     (!contacts_.selective() || h == h_);
+  if (known) return instant_;
+  revision_ = model.revision();
+  x_ = x;
+  h_ = h;
+  if (model.contacts().size() < NearContacts::worth_it) {
+    evaluate(model, x, instant_);
+    return instant_;
+  }
+  evaluate_loads(model, x, instant_);
+  margin_ = reach(model, instant_, h, contacts_.lever(model));
+  evaluate_near(model);
   return instant_;
 }
 
+void StartInstant::evaluate_near(const Model& model) {
+  near_ = contacts_.find(model, instant_.X, x_.t, margin_);
+  evaluate(model, x_, instant_, nullptr, near());
+}
+
+bool StartInstant::widen(const Model& model, const Instant& end) {
+  if (!contacts_.selective()) return false;
+  const double travel = contacts_.travel_to(model, end.X);
+  if (travel <= margin_) return false;
+  constexpr double spare = 1.5;
+  margin_ = spare * travel;
+  evaluate_near(model);
+  return true;
+}
+
 void StartInstant::go_on_from(const Model& model, const State& x, Instant& instant) {
+  if (contacts_.selective()) return;  // the next step looks at other contacts
   std::swap(instant_, instant);
   revision_ = model.revision();
   x_ = x;

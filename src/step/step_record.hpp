@@ -2,21 +2,32 @@
 #pragma once
 
 #include "perp/instant/instant.hpp"
+#include "perp/instant/near_contacts.hpp"
 #include "perp/step/stepper.hpp"
 
 namespace perp {
 
-/// `evaluate` at the start of a step; the end of the last one is used again when the run goes on from there.
+/// `evaluate` at the start of a step; the end of the last one is used again when the run goes on from there. Of many contacts only
+/// those that could be reached at the speeds of the step are looked at, and a step that went further is told so.
 class StartInstant {
  public:
-  const Instant& at(const Model& model, const State& x);
+  const Instant& at(const Model& model, const State& x, double h);
+  /// The contacts that `at` looked at, for `evaluate` at other configurations in the step; null: all.
+  const std::vector<int>* near() const { return contacts_.selective() ? &near_ : nullptr; }
+  /// Whether the step went so far that a contact may have been missed; `at` then looks further.
+  bool widen(const Model& model, const Instant& end);
   /// The next step starts from x, where `instant` has just been filled: takes it, giving the old one back.
   void go_on_from(const Model& model, const State& x, Instant& instant);
 
  private:
+  void evaluate_near(const Model& model);
+
   std::uint64_t revision_ = 0;
   State x_;
   Instant instant_;
+  NearContacts contacts_;
+  std::vector<int> near_;
+  double h_ = 0, margin_ = 0;  // at which near_ was found
 };
 
 /// Impulses and velocities that a method found for a step, over all contacts and joints of an Instant.

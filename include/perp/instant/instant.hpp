@@ -116,7 +116,9 @@ struct Instant {
 
 /// Fills `instant` with the system at x. Sizes are the caller's duty (Model::check). With `like`, tangents t are those of
 /// the contact points there, turned with the normal as little as can be: a method that compares two states keeps its axes.
-void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like = nullptr);
+/// `only` are the contacts to look at, ascending; all if null.
+void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like = nullptr,
+              const std::vector<int>* only = nullptr);
 
 /// The part of it that does not depend on joints and contacts: poses, twists, k. For other velocities at the same q.
 void evaluate_loads(const Model& model, const State& x, Instant& instant);

@@ -69,6 +69,16 @@ class Gap {
     derivative_ = std::move(derivative);
     return *this;
   }
+  /// Bounds, for all poses, on how fast the gap changes by turning alone: |(point - origin of A) x normal| <= a [m], b likewise. A
+  /// gap that has them and no explicit time can be left alone while its bodies are far apart. infinity: unknown.
+  Gap& levers(double a, double b) {
+    lever_a_ = a;
+    lever_b_ = b;
+    return *this;
+  }
+  double lever_a() const { return lever_a_; }
+  double lever_b() const { return lever_b_; }
+
   bool has_derivatives() const { return static_cast<bool>(derivative_); }  ///< false: by differences
 
   /// out has size points(); entries of points that are not there now mean nothing.
@@ -88,6 +98,7 @@ class Gap {
   int points_;
   Patch evaluate_;
   PatchDerivative derivative_;  // may be empty
+  double lever_a_ = infinity, lever_b_ = infinity;
   Recipe recipe_;
 };
 
