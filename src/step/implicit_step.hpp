@@ -70,8 +70,6 @@ class Motion {
   double h_;
 };
 
-/// M on the diagonal.
-void add_mass(const Model& model, std::vector<Coupling>& K);
 /// -h_nu dk/dnu - h_q dk/dxi of the loads, the latter moved by `motion`.
 void add_loads(const std::vector<LoadDerivative>& loads, double h_nu, double h_q, const Motion& motion,
                std::vector<Coupling>& K);

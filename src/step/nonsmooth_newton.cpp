@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "perp/solve/friction_solver.hpp"
 #include "solve/cone.hpp"
@@ -12,6 +11,24 @@ namespace perp {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+constexpr double steps_rho[] = {1, 0.1, 10};
+constexpr int maps = 3, patience = 6;  // iterations without half the residual before the map changes
+
+/// F = p - projection(p - rho u/w) and P.
+void alart_curnier(const Reaction& r, double rho, Vector3& F, Matrix3& P) {
+  const Vector3 z = r.p - rho / r.w * r.u;
+  Vector3 projected;
+  if (r.law == Law::Equality) {
+    projected = {z.x(), 0, 0};
+    P = Vector3(1, 0, 0).asDiagonal();
+  } else {
+    alart_curnier_projection(kind_of(r.law), r.mu, z, projected, P);
+  }
+  F = r.p - projected;
+}
+
+}  // namespace
 
 BlockKind kind_of(Law law) {
   switch (law) {
@@ -26,7 +43,6 @@ BlockKind kind_of(Law law) {
   }
 }
 
-/// First of the rows n, t, o in use, and how many.
 std::pair<int, int> rows_of(Law law) {
   switch (law) {
     case Law::Planar:
@@ -39,21 +55,6 @@ std::pair<int, int> rows_of(Law law) {
       return {0, 1};
   }
 }
-
-/// F = p - projection(p - u/w) and P.
-void alart_curnier(const Reaction& r, Vector3& F, Matrix3& P) {
-  const Vector3 z = r.p - r.u / r.w;
-  Vector3 projected;
-  if (r.law == Law::Equality) {
-    projected = {z.x(), 0, 0};
-    P = Vector3(1, 0, 0).asDiagonal();
-  } else {
-    alart_curnier_projection(kind_of(r.law), r.mu, z, projected, P);
-  }
-  F = r.p - projected;
-}
-
-}  // namespace
 
 double StepResiduals::largest() const { return std::max({momentum, normal, tangential, joints}); }
 
@@ -82,6 +83,16 @@ double inverse_mass(const Model& model, const WrenchMap<3>& W, Law law) {
     }
   }
   return trace > 0 ? trace / rows : 1;
+}
+
+NonsmoothNewton::Island& NonsmoothNewton::island_of(const Reaction& r) {
+  return islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])];
+}
+const NonsmoothNewton::Island& NonsmoothNewton::island_of(const Reaction& r) const {
+  return islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])];
+}
+double NonsmoothNewton::rho(const Reaction& r) const {
+  return r.law == Law::Equality ? 1 : steps_rho[island_of(r).map];
 }
 
 int NonsmoothNewton::root(int body) {
@@ -154,9 +165,10 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     r.W.add_impulse(-r.p, R_);
-    alart_curnier(r, F_[i], P_[i]);
+    alart_curnier(r, 1, F_[i], P_[i]);
     const Vector3 miss = r.w * F_[i].cwiseAbs();
-    Island& island = islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])];
+    Island& island = island_of(r);
+    if (island.map > 0) alart_curnier(r, rho(r), F_[i], P_[i]);
     StepResiduals& e = island.residuals;
     if (r.law == Law::Equality)
       e.joints = std::max(e.joints, std::abs(r.u.x()));
@@ -219,10 +231,10 @@ bool NonsmoothNewton::direction(const Model& model, const std::vector<Reaction>&
   eps_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Reaction& r = reactions[i];
-    const StepResiduals& e = islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])].residuals;
+    const StepResiduals& e = island_of(r).residuals;
     eps_[i] = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
     inverse_[i] = (Matrix3::Identity() - (1 - std::max(eps_[i], least_factored)) * P_[i]).inverse();
-    const Reaction::Slope SG = inverse_[i] * P_[i] / r.w * r.G;
+    const Reaction::Slope SG = inverse_[i] * P_[i] * (rho(r) / r.w) * r.G;
     const std::array<int, 2> block{block_[at(r.W.a)], block_[at(r.W.b)]};
     const auto add = [&](int row, const WrenchMap<3>::Block& W) {
       if (row < 0) return;
@@ -282,7 +294,7 @@ void NonsmoothNewton::correct(const Model& model, const std::vector<Reaction>& r
     Vector3 du = Vector3::Zero();
     if (r.W.na > 0) du += r.G.leftCols<6>() * rhs_.col(block_[at(r.W.a)]);
     if (r.W.nb > 0) du += r.G.rightCols<6>() * rhs_.col(block_[at(r.W.b)]);
-    dp_[i] += inverse_[i] * (second_miss_[i] - P_[i] * du / r.w);
+    dp_[i] += inverse_[i] * (second_miss_[i] - P_[i] * du * (rho(r) / r.w));
   }
 }
 
@@ -300,7 +312,7 @@ void NonsmoothNewton::subtract(const Model& model, const std::vector<Reaction>& 
     Vector3 du = Vector3::Zero();
     for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * dnu_[r.W.va + k];
     for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * dnu_[r.W.vb + k];
-    second_miss_[i] = -F_[i] - dp_[i] + P_[i] * ((1 - eps_[i]) * dp_[i] - du / r.w);
+    second_miss_[i] = -F_[i] - dp_[i] + P_[i] * ((1 - eps_[i]) * dp_[i] - du * (rho(r) / r.w));
   }
 }
 
@@ -316,7 +328,7 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
   for (Island& island : islands_) {
     island.merits[iteration % memory] = island.merit;
     if (iteration == 0) island.merits.fill(island.merit);
-    island.t = island.residuals.largest() <= island.floor ? 0 : 1;
+    island.t = island.residuals.largest() <= island.floor || (island.good && island.stalled > 0) ? 0 : 1;
   }
   for (int halvings = 0;; ++halvings) {
     for (std::size_t i = 0; i < model.bodies().size(); ++i) {
@@ -327,7 +339,7 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
     }
     for (std::size_t i = 0; i < reactions.size(); ++i) {
       Reaction& r = reactions[i];
-      r.p = p_[i] + islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])].t * dp_[i];
+      r.p = p_[i] + island_of(r).t * dp_[i];
     }
     const bool finite = evaluate(model, problem, options, nu, reactions, outcome);
     bool enough = true;
@@ -342,132 +354,81 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
   }
 }
 
+/// Keeps the guesses of islands that have never been better.
+void NonsmoothNewton::keep_best(const Model& model, const Vector& nu,
+                                const std::vector<Reaction>& reactions) {
+  improved_.assign(islands_.size(), 0);
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    Island& island = islands_[i];
+    const double now = island.residuals.largest();
+    island.stalled = now < 0.5 * island.best ? 0 : island.stalled + 1;
+    improved_[i] = static_cast<char>(now < island.best);
+    island.best = std::min(island.best, now);
+  }
+  nu_best_.resize(nu.size());
+  p_best_.resize(reactions.size());
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv > 0 && improved_[at(island_[i])] != 0) nu_best_.segment(b.v0, b.nv) = nu.segment(b.v0, b.nv);
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i)
+    if (improved_[at(island_[at(reactions[i].W.nb > 0 ? reactions[i].W.b : reactions[i].W.a)])] != 0)
+      p_best_[i] = reactions[i].p;
+}
+
+/// Takes islands that stall back to their best guess, with the next map; true if there were any.
+bool NonsmoothNewton::change_maps(const Model& model, Vector& nu, std::vector<Reaction>& reactions) {
+  improved_.assign(islands_.size(), 0);
+  bool any = false;
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    Island& island = islands_[i];
+    if (island.good || island.stalled < patience) continue;
+    island.map = (island.map + 1) % maps;
+    island.stalled = 0;
+    island.merits.fill(infinity);
+    improved_[i] = 1;
+    any = true;
+  }
+  if (!any) return false;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv > 0 && improved_[at(island_[i])] != 0) nu.segment(b.v0, b.nv) = nu_best_.segment(b.v0, b.nv);
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i)
+    if (improved_[at(island_[at(reactions[i].W.nb > 0 ? reactions[i].W.b : reactions[i].W.a)])] != 0)
+      reactions[i].p = p_best_[i];
+  return true;
+}
+
 bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
                              std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
   outcome.history.clear();
   outcome.history.push_back(outcome.residuals.largest());
-  const auto at_rounding = [&] {
-    return std::all_of(islands_.begin(), islands_.end(),
-                       [](const Island& i) { return i.residuals.largest() <= i.floor; });
-  };
-  double best = infinity;
-  nu_best_ = nu;
-  p_best_.resize(reactions.size());
-  const auto keep = [&] {
-    best = outcome.residuals.largest();
-    nu_best_ = nu;
-    for (std::size_t i = 0; i < reactions.size(); ++i) p_best_[i] = reactions[i].p;
-  };
-  keep();
-  bool good = outcome.converged;
-  for (int k = 0; k < options.most && !at_rounding(); ++k) {
-    if (k > 0) problem.differentiate(reactions, K_);
+  keep_best(model, nu, reactions);
+  for (int k = 0; k < options.most; ++k) {
+    // an island at rounding is done, and one that is good but no longer gets better
+    if (std::all_of(islands_.begin(), islands_.end(), [](const Island& i) {
+          return i.residuals.largest() <= i.floor || (i.good && i.stalled > 0);
+        }))
+      break;
+    if (k > 0 || outcome.iterations > 0) problem.differentiate(reactions, K_);
     analyze(model, reactions);
     if (!direction(model, reactions) ||
         !search(model, problem, options, static_cast<std::size_t>(k), nu, reactions, outcome))
       break;
     ++outcome.iterations;
-    const double now = outcome.residuals.largest();
-    outcome.history.push_back(now);
-    const bool halved = now < 0.5 * best;
-    if (now < best || (outcome.converged && !good)) keep();
-    good = good || outcome.converged;
-    if (good && !halved) break;
+    outcome.history.push_back(outcome.residuals.largest());
+    keep_best(model, nu, reactions);
+    if (change_maps(model, nu, reactions) && !evaluate(model, problem, options, nu, reactions, outcome))
+      return false;
   }
-  if (outcome.residuals.largest() > best) {
+  if (std::any_of(islands_.begin(), islands_.end(),
+                  [](const Island& i) { return i.residuals.largest() > i.best; })) {
     nu = nu_best_;
     for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p_best_[i];
     if (!evaluate(model, problem, options, nu, reactions, outcome)) return false;
   }
   return outcome.converged;
-}
-
-/// Each round linearises the bodies' equations and leaves the cones as they are; without a search.
-bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, const Options& options,
-                                     bool ipopt, Vector& nu, std::vector<Reaction>& reactions,
-                                     NewtonOutcome& outcome) {
-  constexpr int most_rounds = 20;
-  const Eigen::Index nv = model.nv();
-  for (int round = 0; round < most_rounds; ++round) {
-    problem.differentiate(reactions, K_);
-    // unknown y = nu - nu_k and p_b:  K y - W_b (p_b - p_b,k) = -R + W (p - p_k),   G_b y = -u_b
-    std::vector<int> equalities;
-    std::vector<Eigen::Index> first;
-    Eigen::Index m = 0;
-    FrictionProblem linear;
-    std::vector<double> mu;
-    for (std::size_t i = 0; i < reactions.size(); ++i) {
-      first.push_back(m);
-      if (reactions[i].law == Law::Equality) {
-        equalities.push_back(static_cast<int>(i));
-        continue;
-      }
-      m += rows_of(reactions[i].law).second;
-      linear.kinds.push_back(kind_of(reactions[i].law));
-      mu.push_back(reactions[i].mu);
-    }
-    if (mu.empty()) return false;
-    const auto nb = static_cast<Eigen::Index>(equalities.size());
-    Matrix A = Matrix::Zero(nv + nb, nv + nb), rhs = Matrix::Zero(nv + nb, m + 1), G = Matrix::Zero(m, nv);
-    Vector u(m), p(m);
-    for (const Coupling& c : K_) {
-      const Body &row = model.bodies()[at(c.row)], &column = model.bodies()[at(c.column)];
-      A.block(row.v0, column.v0, row.nv, column.nv) += c.value.topLeftCorner(row.nv, column.nv);
-    }
-    const auto wrench = [](const Reaction& r, int j, auto&& column) {
-      column.segment(r.W.va, r.W.na) += r.W.A.col(j).head(r.W.na);
-      column.segment(r.W.vb, r.W.nb) += r.W.B.col(j).head(r.W.nb);
-    };
-    const auto slope = [](const Reaction& r, int j, auto&& row) {
-      row.segment(r.W.va, r.W.na) += r.G.row(j).head(r.W.na);
-      row.segment(r.W.vb, r.W.nb) += r.G.row(j).segment(6, r.W.nb);
-    };
-    rhs.col(m).head(nv) = -R_;
-    for (Eigen::Index k = 0; k < nb; ++k) {
-      const Reaction& r = reactions[at(equalities[static_cast<std::size_t>(k)])];
-      wrench(r, 0, A.col(nv + k));
-      A.col(nv + k) *= -1;
-      slope(r, 0, A.row(nv + k));
-      rhs(nv + k, m) = -r.u.x();
-    }
-    for (std::size_t i = 0; i < reactions.size(); ++i) {
-      const Reaction& r = reactions[i];
-      if (r.law == Law::Equality) continue;
-      const auto [row, rows] = rows_of(r.law);
-      for (int j = 0; j < rows; ++j) {
-        wrench(r, row + j, rhs.col(first[i] + j));
-        slope(r, row + j, G.row(first[i] + j));
-        u[first[i] + j] = r.u[row + j];
-        p[first[i] + j] = r.p[row + j];
-      }
-    }
-    rhs.col(m) -= rhs.leftCols(m) * p;
-    const Matrix Y =
-        nb > 0 ? Matrix(A.completeOrthogonalDecomposition().solve(rhs)) : Matrix(A.partialPivLu().solve(rhs));
-    if (!Y.allFinite()) return false;
-    linear.W = Matrix(G * Y.topRows(nv).leftCols(m));
-    linear.q = u + G * Y.topRows(nv).col(m);
-    linear.mu = Eigen::Map<const Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
-    FrictionOptions how{.tolerance = options.tolerance};
-    how.method = ipopt ? FrictionMethod::Ipopt : FrictionMethod::Chain;
-    how.start = p;
-    const FrictionSolution answer = solve_friction(linear, how);
-    ++outcome.iterations;
-    outcome.solver = ipopt ? "ipopt" : "friction-chain";
-    const Vector y = Y.leftCols(m) * answer.r + Y.col(m);
-    nu += y.head(nv);
-    for (Eigen::Index k = 0; k < nb; ++k)
-      reactions[at(equalities[static_cast<std::size_t>(k)])].p.x() += y[nv + k];
-    for (std::size_t i = 0; i < reactions.size(); ++i) {
-      Reaction& r = reactions[i];
-      if (r.law == Law::Equality) continue;
-      const auto [row, rows] = rows_of(r.law);
-      r.p.segment(row, rows) = answer.r.segment(first[i], rows);
-    }
-    if (!nu.allFinite() || !evaluate(model, problem, options, nu, reactions, outcome)) return false;
-    if (outcome.converged) return true;
-  }
-  return false;
 }
 
 void NonsmoothNewton::solve(const Model& model, StepProblem& problem, const Options& options, Vector& nu,

@@ -29,10 +29,11 @@ struct NewtonOutcome {
 };
 
 /// Alart and Curnier's map with the bodies' velocities as unknowns: each reaction's linearisation
-///   (I - P + eps P) dp + P/w G dnu = -F,     F = p - projection(p - u/w),  P its generalised Jacobian
+///   (I - P + eps P) dp + rho P/w G dnu = -F,     F = p - projection(p - rho u/w),  P its generalised Jacobian
 /// is solved for dp, which leaves a system of 6x6 blocks over the bodies, as sparse as the graph of contacts. eps makes
 /// redundant reactions regular; it falls with the residual to rounding, and F, R never have it. The search is nonmonotone on an
-/// energy, apart for each island (bodies tied by reactions or couplings).
+/// energy, apart for each island (bodies tied by reactions or couplings); an island that stalls goes on from its best guess with
+/// another rho. Residuals are those of rho = 1.
 ///
 /// If it stalls: Josephy and Newton's method, the linearised problem with its exact cones solved by solve_friction's chain;
 /// then the same by Ipopt.
@@ -56,7 +57,10 @@ class NonsmoothNewton {
     std::array<double, memory> merits{};
     double t = 1;  // of the search
     bool good = false;
-    double floor = 0;
+    double floor = 0;        // of residuals, by rounding [m/s]
+    int map = 0;             // in use: which of the steps rho
+    double best = infinity;  // residual met, and how many iterations have not halved it
+    int stalled = 0;
   };
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -67,6 +71,11 @@ class NonsmoothNewton {
   bool judge(const Model& model, const Options& options, const Vector& nu,
              const std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool direction(const Model& model, const std::vector<Reaction>& reactions);
+  double rho(const Reaction& r) const;
+  Island& island_of(const Reaction& r);
+  const Island& island_of(const Reaction& r) const;
+  void keep_best(const Model& model, const Vector& nu, const std::vector<Reaction>& reactions);
+  bool change_maps(const Model& model, Vector& nu, std::vector<Reaction>& reactions);
   double linear_miss(const Model& model, const std::vector<Reaction>& reactions);
   void correct(const Model& model, const std::vector<Reaction>& reactions);
   void subtract(const Model& model, const std::vector<Reaction>& reactions);
@@ -86,6 +95,7 @@ class NonsmoothNewton {
   Vector first_miss_, scratch_;  // of the linearised equations
   std::vector<Vector3> second_miss_;
   std::vector<Island> islands_;
+  std::vector<char> improved_;        // islands that a pass is about
   std::vector<int> parent_, island_;  // of bodies
   std::vector<int> block_;            // of bodies: row of blocks, -1 without velocities
   std::vector<std::array<int, 2>> pairs_, analyzed_pairs_;

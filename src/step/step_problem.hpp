@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "perp/instant/instant.hpp"
+#include "perp/solve/friction_problem.hpp"
 
 namespace perp {
 
@@ -20,6 +21,11 @@ enum class Law {
   Cone,      ///< and |(p_t, p_o)| <= mu p_n with maximum work
   Interval,  ///< |p_t| <= mu, u_t = 0 inside, of the sign of -p_t at the ends: dry friction of a joint
 };
+
+/// The same law in contact problems; an equality has none.
+BlockKind kind_of(Law law);
+/// First of the rows n, t, o in use, and how many.
+std::pair<int, int> rows_of(Law law);
 
 /// One contact point, joint row or joint friction.
 struct Reaction {
@@ -41,6 +47,9 @@ struct Coupling {
   int row = 0, column = 0;  ///< bodies
   Eigen::Matrix<double, 6, 6> value;
 };
+
+/// M on the diagonal.
+void add_mass(const Model& model, std::vector<Coupling>& K);
 
 /// The equations, at a guess. Implemented once a method.
 class StepProblem {

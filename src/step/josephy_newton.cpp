@@ -1,0 +1,179 @@
+// Josephy and Newton's method for a step: the bodies' equations linearised, the cones left as they are.
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "perp/solve/friction_solver.hpp"
+#include "step/nonsmooth_newton.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+constexpr Eigen::Index most_dense_rows = 240;  // of contacts; beyond, the sparse form
+
+/// Where the rows of contacts and joint frictions stand, and what they are now.
+struct Rows {
+  std::vector<Eigen::Index> first;  // of each reaction; of equalities their place among them
+  Eigen::Index contacts = 0, equalities = 0;
+  FrictionProblem problem;
+  Vector u, p, u_b, p_b;
+
+  explicit Rows(const std::vector<Reaction>& reactions) {
+    std::vector<double> mu;
+    for (const Reaction& r : reactions) {
+      Eigen::Index& count = r.law == Law::Equality ? equalities : contacts;
+      first.push_back(count);
+      count += rows_of(r.law).second;
+      if (r.law == Law::Equality) continue;
+      problem.kinds.push_back(kind_of(r.law));
+      mu.push_back(r.mu);
+    }
+    problem.mu = Eigen::Map<const Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+    u.resize(contacts), p.resize(contacts);
+    u_b.resize(equalities), p_b.resize(equalities);
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      const Reaction& r = reactions[i];
+      const auto [row, rows] = rows_of(r.law);
+      (r.law == Law::Equality ? u_b : u).segment(first[i], rows) = r.u.segment(row, rows);
+      (r.law == Law::Equality ? p_b : p).segment(first[i], rows) = r.p.segment(row, rows);
+    }
+  }
+
+  void give(const Vector& new_p, const Vector& new_p_b, std::vector<Reaction>& reactions) const {
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      Reaction& r = reactions[i];
+      const auto [row, rows] = rows_of(r.law);
+      r.p.segment(row, rows) = (r.law == Law::Equality ? new_p_b : new_p).segment(first[i], rows);
+    }
+  }
+};
+
+/// Calls add(velocity, value) for the entries of column j of W, or of row j of G.
+template <class Add>
+void wrench_entries(const Reaction& r, int j, const Add& add) {
+  for (int k = 0; k < r.W.na; ++k) add(r.W.va + k, r.W.A(k, j));
+  for (int k = 0; k < r.W.nb; ++k) add(r.W.vb + k, r.W.B(k, j));
+}
+template <class Add>
+void slope_entries(const Reaction& r, int j, const Add& add) {
+  for (int k = 0; k < r.W.na; ++k) add(r.W.va + k, r.G(j, k));
+  for (int k = 0; k < r.W.nb; ++k) add(r.W.vb + k, r.G(j, 6 + k));
+}
+
+/// With y = nu - nu_k:   K y - W (p - p_k) - W_b (p_b - p_b,k) = -R,   G_b y = -u_b,   u = u_k + G y, in the local form.
+bool dense_round(const Model& model, const std::vector<Coupling>& K, const Vector& R, FrictionOptions how,
+                 Rows& rows, Vector& nu, std::vector<Reaction>& reactions) {
+  const Eigen::Index nv = model.nv(), nb = rows.equalities, m = rows.contacts;
+  Matrix A = Matrix::Zero(nv + nb, nv + nb), rhs = Matrix::Zero(nv + nb, m + 1), G = Matrix::Zero(m, nv);
+  for (const Coupling& c : K) {
+    const Body &row = model.bodies()[at(c.row)], &column = model.bodies()[at(c.column)];
+    A.block(row.v0, column.v0, row.nv, column.nv) += c.value.topLeftCorner(row.nv, column.nv);
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    const auto [row, count] = rows_of(r.law);
+    for (int j = 0; j < count; ++j) {
+      const Eigen::Index k = rows.first[i] + j;
+      if (r.law == Law::Equality) {
+        wrench_entries(r, row + j, [&](int v, double x) { A(v, nv + k) -= x; });
+        slope_entries(r, row + j, [&](int v, double x) { A(nv + k, v) += x; });
+      } else {
+        wrench_entries(r, row + j, [&](int v, double x) { rhs(v, k) += x; });
+        slope_entries(r, row + j, [&](int v, double x) { G(k, v) += x; });
+      }
+    }
+  }
+  rhs.col(m).head(nv) = -R;
+  rhs.col(m).tail(nb) = -rows.u_b;
+  rhs.col(m) -= rhs.leftCols(m) * rows.p;
+  const Matrix Y =
+      nb > 0 ? Matrix(A.completeOrthogonalDecomposition().solve(rhs)) : Matrix(A.partialPivLu().solve(rhs));
+  if (!Y.allFinite()) return false;
+  rows.problem.W = Matrix(G * Y.topRows(nv).leftCols(m));
+  rows.problem.q = rows.u + G * Y.topRows(nv).col(m);
+  how.start = rows.p;
+  const FrictionSolution answer = solve_friction(rows.problem, how);
+  const Vector y = Y.leftCols(m) * answer.r + Y.col(m);
+  nu += y.head(nv);
+  rows.give(answer.r, rows.p_b + y.tail(nb), reactions);
+  return true;
+}
+
+/// The same with M for K and Wᵀ for G, in the global form, which large systems can afford: it converges as fast as the
+/// step's geometry changes little.
+bool sparse_round(const Model& model, const Vector& R, FrictionOptions how, Rows& rows, Vector& nu,
+                  std::vector<Reaction>& reactions) {
+  const Eigen::Index nv = model.nv();
+  std::vector<Eigen::Triplet<double>> M, H, G;
+  std::vector<Coupling> mass;
+  add_mass(model, mass);
+  for (const Coupling& c : mass) {
+    const Body& b = model.bodies()[at(c.row)];
+    for (int i = 0; i < b.nv; ++i)
+      for (int j = 0; j < b.nv; ++j)
+        if (c.value(i, j) != 0) M.emplace_back(b.v0 + i, b.v0 + j, c.value(i, j));
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    const auto [row, count] = rows_of(r.law);
+    for (int j = 0; j < count; ++j)
+      wrench_entries(r, row + j, [&](int v, double x) {
+        (r.law == Law::Equality ? G : H).emplace_back(v, static_cast<int>(rows.first[i]) + j, x);
+      });
+  }
+  const auto sparse = [&](const std::vector<Eigen::Triplet<double>>& entries, Eigen::Index columns) {
+    SparseMatrix S(nv, columns);
+    S.setFromTriplets(entries.begin(), entries.end());
+    return S;
+  };
+  const SparseMatrix mass_matrix = sparse(M, nv), wrenches = sparse(H, rows.contacts),
+                     joints = sparse(G, rows.equalities);
+  FrictionProblem& problem = rows.problem;
+  problem.M = mass_matrix;
+  problem.H = wrenches;
+  problem.f = mass_matrix * nu - R - wrenches * rows.p;
+  problem.w = rows.u - wrenches.transpose() * nu;
+  if (rows.equalities > 0) {
+    problem.G = joints;
+    problem.f -= joints * rows.p_b;
+    problem.b = rows.u_b - joints.transpose() * nu;
+  }
+  how.start = rows.p;
+  const FrictionSolution answer = solve_friction(problem, how);
+  if (answer.v.size() != nv || !answer.v.allFinite()) return false;
+  nu = answer.v;
+  rows.give(answer.r, rows.equalities > 0 ? answer.lambda : rows.p_b, reactions);
+  return true;
+}
+
+}  // namespace
+
+bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, const Options& options,
+                                     bool ipopt, Vector& nu, std::vector<Reaction>& reactions,
+                                     NewtonOutcome& outcome) {
+  constexpr int most_rounds = 12;
+  FrictionOptions how{.tolerance = options.tolerance};
+  how.method = ipopt ? FrictionMethod::Ipopt : FrictionMethod::Chain;
+  for (int round = 0; round < most_rounds; ++round) {
+    problem.differentiate(reactions, K_);
+    Rows rows(reactions);
+    if (rows.contacts == 0) return false;
+    const bool found = rows.contacts <= most_dense_rows ? dense_round(model, K_, R_, how, rows, nu, reactions)
+                                                        : sparse_round(model, R_, how, rows, nu, reactions);
+    if (!found) return false;
+    ++outcome.iterations;
+    outcome.solver = ipopt ? "ipopt" : "friction-chain";
+    if (!evaluate(model, problem, options, nu, reactions, outcome)) return false;
+    if (outcome.converged) return true;
+    if (rows.contacts > most_dense_rows) {  // near the answer Newton is faster
+      for (Island& island : islands_) island.map = island.stalled = 0, island.best = infinity;
+      Options short_run = options;
+      short_run.most = 12;
+      if (newton(model, problem, short_run, nu, reactions, outcome)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace perp
