@@ -322,9 +322,9 @@ bool EventRun::inelastic(int point, double approach) {
   b.chain = interval < b.interval ? b.chain + 1 : 0;
   b.interval = interval;
   b.last = now_.x.t;
-  constexpr int few = 8, very_many = 60;
+  constexpr int very_many = 60;
   const double rise = approach * interval / 4;
-  return (b.chain >= few && rise < options_.rtol * scales_.length) || b.chain >= very_many;
+  return (b.chain >= 1 && rise < options_.rtol * scales_.length) || b.chain >= very_many;
 }
 
 /// Where modes change for ever, or the equations of the modes have no solution: a step of the time-stepping method, which always has one.

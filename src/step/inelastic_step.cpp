@@ -24,7 +24,7 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
   std::iota(island.joint_frictions.begin(), island.joint_frictions.end(), 0);
   Vector joint_bias(static_cast<Eigen::Index>(s.joint_rows.size()));
   for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
-    joint_bias[static_cast<Eigen::Index>(i)] = s.joint_rows[i].psi_b / h + s.joint_rows[i].psi_b_t;
+    joint_bias[static_cast<Eigen::Index>(i)] = s.joint_rows[i].psi_b_t;
 
   State moved = x;
   ReducedSystem reduced;
@@ -51,7 +51,7 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
       problem.kinds.push_back(c.tangents == 0   ? BlockKind::HalfLine
                               : c.tangents == 1 ? BlockKind::Planar
                                                 : BlockKind::Cone);
-      problem.q[reduced.rows_of(static_cast<int>(i))] += c.psi_n / h;
+      problem.q[reduced.rows_of(static_cast<int>(i))] += std::max(c.psi_n, 0.0) / h;  // the projection takes overlaps away, without adding velocity
       mu.push_back(c.mu);
     }
     for (const JointRowInstant& joint : s.joint_frictions) {
