@@ -123,8 +123,14 @@ void EventRun::read_roots(EventSample& s) {
   }
 }
 
+bool EventRun::spent() const {
+  constexpr long a_test = 300;  // evaluations that a complementarity problem is worth
+  return dynamics_.evaluations + a_test * feasibility_tests_ > options_.max_evaluations;
+}
+
 /// Where contacts are redundant, forces that pull do not say that others would: CP1 knows.
 bool EventRun::forces_are_feasible(const EventSample& s) {
+  ++feasibility_tests_;
   AccelerationProblem problem;
   const Instant instant = dynamics_.instant();
   Modes modes = modes_;
@@ -178,11 +184,13 @@ bool EventRun::state_at(double t, EventSample& s) {
     if (!std::isfinite(dynamics_.project(x))) return false;
   } else {
     if (!local_->start(x, t - x.t)) return false;
-    while (x.t < t)
-      if (!local_->step(t, x)) {
-        if (local_->thrown) std::rethrow_exception(local_->thrown);
-        return false;
-      }
+    constexpr int most = 300;  // for a part of one step; a multistep method begins it with short ones
+    for (int k = 0; x.t < t; ++k) {
+      const double before = x.t;
+      const bool stepped = k < most && local_->step(t, x);
+      if (local_->thrown) std::rethrow_exception(local_->thrown);
+      if (!stepped || !(x.t > before)) return false;
+    }
   }
   s = sample(x);
   return s.nu_dot.size() > 0 || model_.nv() == 0;
@@ -289,7 +297,7 @@ bool EventRun::solve_root(std::size_t i, const EventSample& start, const EventSa
   for (int k = 0; k < 100; ++k) {
     double t = high - g_high * (high - low) / (g_high - g_low);
     if (!(t > low && t < high) || k > 40) t = 0.5 * (low + high);
-    if (!state_at(t, s)) return false;
+    if (spent() || !state_at(t, s)) return false;
     found = s;
     const double g = s.g[j];
     if (std::abs(g) <= 2e-2 * small ||

@@ -105,6 +105,7 @@ bool EventRun::begin() {
 
 /// One step of the integrator, up to the first event in it.
 bool EventRun::advance(double t_stop) {
+  if (spent()) return fail(StepStatus::NotSolved, "max_evaluations is spent");
   if (restart_) {
     if (!integrator_->start(now_.x, std::min(natural_step_, t_stop - now_.x.t)))
       return carry_across(t_stop, integrator_->message);
@@ -133,7 +134,7 @@ bool EventRun::advance(double t_stop) {
   if (bracket(middle, to, high)) {
     EventSample found;
     std::vector<Root> triggers;
-    if (!locate(high, found, triggers)) return fail(StepStatus::NotSolved, "an event was not located");
+    if (!locate(high, found, triggers)) return carry_across(t_stop, "an event was not located");
     if (found.x.t > now_.x.t) {
       const EventSample between = sample(half_way(now_, found));
       add_row(now_, between, found);

@@ -89,6 +89,7 @@ class EventRun {
   EventSample sample(const State& x);
   void read_roots(EventSample& s);
   bool forces_are_feasible(const EventSample& s);
+  bool spent() const;
   State half_way(const EventSample& a, const EventSample& b) const;
   bool state_at(double t, EventSample& s);
   bool bracket(const EventSample& middle, const EventSample& end, EventSample& high);
@@ -117,7 +118,7 @@ class EventRun {
   bool restart_ = true;
   double natural_step_ = 0;  // of the integrator, where nothing cut it short
   int carried_ = 0;
-  long evaluations_before_ = 0;
+  long evaluations_before_ = 0, feasibility_tests_ = 0;
 
   std::vector<ContactRow> jump_rows_;  // of the event in hand
   double jump_energy_ = 0, jump_friction_ = 0;

@@ -51,7 +51,8 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
       problem.kinds.push_back(c.tangents == 0   ? BlockKind::HalfLine
                               : c.tangents == 1 ? BlockKind::Planar
                                                 : BlockKind::Cone);
-      problem.q[reduced.rows_of(static_cast<int>(i))] += std::max(c.psi_n, 0.0) / h;  // the projection takes overlaps away, without adding velocity
+      problem.q[reduced.rows_of(static_cast<int>(i))] +=
+          std::max(c.psi_n, 0.0) / h;  // the projection takes overlaps away, without adding velocity
       mu.push_back(c.mu);
     }
     for (const JointRowInstant& joint : s.joint_frictions) {

@@ -29,6 +29,7 @@ struct EventDrivenOptions {
   double atol = not_set;  ///< and absolute [m, rad, m/s, rad/s]; rtol if not set
   Integrator integrator = Integrator::Arkode;
   Restitution restitution = Restitution::Newton;
+  long max_evaluations = 10'000'000;  ///< of the right-hand side in a run, which ends there with a report
 };
 
 /// The instantaneous model integrated: between events every contact is open, sticks or slips, and a differential equation (or,
