@@ -72,6 +72,9 @@ bool EventRun::run(const RunRequest& request) {
 
 /// The first modes. Small violations are moved away, larger ones are the caller's.
 bool EventRun::begin() {
+  for (const Body& body : model_.bodies())
+    if (body.kind == BodyKind::Generalized)
+      return fail(StepStatus::NotSolved, "event does not take bodies with coordinates of their own");
   perp::evaluate(model_, now_.x, instant_);
   if (!instant_.fault.empty()) return fail(StepStatus::NotFinite, instant_.fault);
   scales_ = scales_of(model_, now_.x, instant_);

@@ -100,18 +100,21 @@ FrictionSolution poisson(const Touching& touching, const Vector& e) {
 
 /// Impulses though no contact approaches: those that a slight approach at sliding contacts needs, as it goes to nothing.
 FrictionSolution jam(const Touching& touching) {
-  FrictionSolution solution;
-  for (double slight = 1e-3; slight > 1e-9; slight *= 0.1) {
+  const auto approaching = [&](double slight) {
     FrictionProblem problem = touching.problem;
     for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
       problem.q[touching.normal_row(i)] -= slight * touching.speed;
-    solution = solve_friction(problem);
-    if (!solution.solved()) continue;
-    const FrictionSolution exact = solve_friction(touching.problem, {.start = solution.r});
-    if (exact.solved() && (exact.r - solution.r).norm() <= 0.5 * solution.r.norm()) return exact;
+    return solve_friction(problem);
+  };
+  constexpr double slight = 1e-6;  // of the speeds; impulses are linear in it but where sliding turns
+  const FrictionSolution far = approaching(slight);
+  FrictionSolution near = approaching(slight / 2);
+  if (!far.solved() || !near.solved() || !((far.r - near.r).norm() <= 1e-3 * near.r.norm())) {
+    near.status = FrictionStatus::BestFound;
+    return near;
   }
-  solution.status = FrictionStatus::BestFound;
-  return solution;
+  near.r = 2 * near.r - far.r;
+  return near;
 }
 
 }  // namespace

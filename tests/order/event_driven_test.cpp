@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "perp/model/gaps.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/study/error_measure.hpp"
 #include "perp/study/scene.hpp"
@@ -156,6 +157,46 @@ TEST_CASE("The seed's sphere needs at most 500 evaluations to 1e-12", "[event]")
   const Trajectory run = run_of(s, 1e-12, Integrator::Arkode, 0.6);
   CHECK(worst_error(s, run) < 1e-12);
   CHECK(run.evaluations <= 500);
+}
+
+TEST_CASE("A rolling ellipse is where its equation of motion says", "[event]") {
+  if (!has_sundials()) return;
+  Model model;
+  model.set_gravity({0, -9.81, 0});
+  const double a = 1, b = 0.5, phi = 0.6;
+  const BodyId ellipse = model.add_planar_body(1, (a * a + b * b) / 4);
+  model.add_contact(ground, ellipse, ellipse_on_line(a, b), {.mu = 50});
+  State x = model.rest();
+  x.q << 0, std::hypot(a * std::sin(phi), b * std::cos(phi)), phi;
+  EventDriven stepper({.rtol = 1e-12});
+  const Trajectory run = simulate(model, stepper, x, {.t_end = 0.5});
+  CHECK(std::abs(run.back().q[2] + 0.06481332802093094) < 1e-12);
+  CHECK(std::abs(run.at(0.3).q[2] - 0.3790900963453028) < 1e-12);
+}
+
+TEST_CASE("A box thrown on an edge lands, slides on four corners and sticks under ARKODE and IDA",
+          "[event]") {
+  if (!has_sundials()) return;
+  Model model;
+  const Vector3 size(0.3, 0.2, 0.1);
+  const BodyId box = model.add_body(Inertia::solid_box(1, size));
+  model.add_contact(ground, box, box_on_plane(size), {.mu = 0.3});
+  State x = model.rest();
+  const double tilt = 0.5, low = 0.15 * std::sin(tilt) + 0.05 * std::cos(tilt);
+  model.set_orientation(x, box, rotation({0, tilt, 0}));
+  model.set_position(x, box, {0, 0, low + 0.05});
+  model.set_velocity(x, box, {1, 0.4, -0.5});
+  for (const Integrator integrator : {Integrator::Arkode, Integrator::Ida}) {
+    EventDriven stepper({.rtol = 1e-12, .integrator = integrator});
+    const Trajectory run = simulate(model, stepper, x, {.t_end = 0.4});
+    CHECK(run.events.size() >= 4);
+    CHECK(run.back().nu.norm() < 1e-12);
+    double energy = model.energy(x);
+    for (std::size_t i = 0; i < run.steps(); ++i) {
+      CHECK(run.figures(i).energy <= energy + 1e-11);
+      energy = run.figures(i).energy;
+    }
+  }
 }
 
 }  // namespace perp
