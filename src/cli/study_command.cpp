@@ -1,5 +1,6 @@
 // perp study: scenes by methods over a ladder of steps, with orders, charts and a page.
 #include <unistd.h>
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <memory>
@@ -88,9 +89,13 @@ int study(StudyArguments& arguments) {
     return report(merge_studies({arguments.merge.begin(), arguments.merge.end()}, arguments.folder),
                   arguments);
   }
-  if (!arguments.tolerances.empty())
-    refuse("perp study", "--tolerances", arguments.tolerances.front(),
-           "needs a method that chooses its steps by a tolerance, and none does yet");
+  if (!arguments.tolerances.empty()) {
+    const auto& names = arguments.request.methods;
+    if (std::none_of(names.begin(), names.end(), [](const std::string& n) { return method(n).order == 0; }))
+      refuse("perp study", "--tolerances", arguments.tolerances.front(),
+             "needs a method that chooses its steps, as event does, among --methods");
+    arguments.request.tolerances = arguments.tolerances;
+  }
   arguments.request.set = read_parameters("perp study", arguments.set);
   arguments.request.velocity = velocity_measure(arguments.velocity);
   if (!arguments.shard.empty()) read_shard(arguments.shard, arguments.options);

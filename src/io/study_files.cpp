@@ -55,7 +55,7 @@ Chart convergence_chart(const ConvergenceTable& table) {
   for (const OrderRow& row : table.orders) {
     std::map<int, Level> levels;
     for (const StudyRun& run : table.runs) {
-      if (run.method != row.method || run.parameter != row.parameter) continue;
+      if (run.method != row.method || run.parameter != row.parameter || std::isnan(run.h)) continue;
       Level& level = levels[run.level];
       level.h = std::max(level.h, run.h);
       level.failed = level.failed || run.failed;
@@ -66,6 +66,7 @@ Chart convergence_chart(const ConvergenceTable& table) {
     const bool beside = label == last;  // the second row of a method
     if (!beside) ++colour;
     last = label;
+    if (levels.empty()) continue;  // a method that chooses its steps
     const bool limit = row.reference == OrderReference::Limit;
     ChartLine line{.label = beside ? "" : label, .x = {}, .y = {}, .dashed = beside, .colour = colour};
     for (const auto& [number, level] : levels) {

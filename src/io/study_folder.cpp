@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <fstream>
 #include <map>
@@ -66,7 +67,7 @@ class Workshop {
   void work() {
     while (const PlannedRun* next = take()) {
       try {
-        const std::unique_ptr<Stepper> stepper = plan_.lines[next->line].stepper();
+        const std::unique_ptr<Stepper> stepper = plan_.lines[next->line].stepper(next->tolerance);
         const StudyRun run = plan_.scenes[next->scene].run(*stepper, next->level, next->n);
         journal_.add_run(next->key, run);
         const std::lock_guard lock(mutex_);
@@ -89,7 +90,8 @@ class Workshop {
         options_.progress({.done = before_ + made_,
                            .planned = planned_,
                            .next = scene.name + " " + std::string(plan_.lines[run->line].method->name) + " " +
-                                   std::to_string(run->n) + " steps"});
+                                   (std::isnan(run->tolerance) ? std::to_string(run->n) + " steps"
+                                                               : "rtol " + shortest(run->tolerance))});
       }
       return run;
     }
@@ -139,6 +141,7 @@ void write_results(const StudyRequest& request, const StudyPlan& plan, const Stu
       runs.back().method = methods[planned.line]->name();
       runs.back().parameter = parameter_of(*methods[planned.line]);
       runs.back().level = planned.level;
+      runs.back().rtol = planned.tolerance;
       outcome.failed += runs.back().failed > 0;
     }
     outcome.tables.push_back(plan.scenes[i].tabulate(std::move(runs), methods));

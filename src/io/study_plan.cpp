@@ -67,6 +67,9 @@ StudyPlan plan_study(const StudyRequest& request, int shards, const TimingOption
   if (request.scenes.empty()) refuse("perp study", "SCENE", "nothing", "needs one scene or more");
   if (request.methods.empty()) refuse("perp study", "--methods", "nothing", "needs one method or more");
   if (request.edges.empty()) refuse("perp study", "--edges", "nothing", "needs a number or more");
+  for (const double tolerance : request.tolerances)
+    if (!(tolerance > 0) || !(tolerance < 1))
+      refuse("perp study", "--tolerances", tolerance, "needs to be between 0 and 1");
   StudyPlan plan{.scenes = {}, .lines = lines_of(request), .runs = {}};
   std::set<std::string> names;
   for (const std::string& name : request.scenes) {
@@ -91,6 +94,18 @@ StudyPlan plan_study(const StudyRequest& request, int shards, const TimingOption
       const std::string line_key =
           scene_key + " " + std::string(stepper->name()) + " " + parameter_of(*stepper);
       std::size_t turn = (names.size() - 1) * plan.lines.size() + line;
+      const auto shard = [&] { return static_cast<int>(turn++ % static_cast<std::size_t>(shards)); };
+      if (plan.lines[line].method->order == 0) {
+        for (std::size_t level = 0; level < request.tolerances.size(); ++level)
+          plan.runs.push_back({.scene = names.size() - 1,
+                               .line = line,
+                               .level = static_cast<int>(level),
+                               .n = 1,
+                               .tolerance = request.tolerances[level],
+                               .shard = shard(),
+                               .key = line_key + " rtol " + shortest(request.tolerances[level])});
+        continue;
+      }
       const auto& levels = plan.scenes.back().counts();
       for (std::size_t level = 0; level < levels.size(); ++level)
         for (const int n : levels[level])
@@ -98,7 +113,7 @@ StudyPlan plan_study(const StudyRequest& request, int shards, const TimingOption
                                .line = line,
                                .level = static_cast<int>(level),
                                .n = n,
-                               .shard = static_cast<int>(turn++ % static_cast<std::size_t>(shards)),
+                               .shard = shard(),
                                .key = line_key + " " + std::to_string(n)});
     }
   }
@@ -117,6 +132,7 @@ std::string write_request(const StudyRequest& request) {
   if (!std::isnan(request.until)) line("until", shortest(request.until));
   for (const auto& [key, value] : request.set) line("set", key + "=" + shortest(value));
   for (const int edges : request.edges) line("edges", std::to_string(edges));
+  for (const double tolerance : request.tolerances) line("tolerance", shortest(tolerance));
   line("envelope", std::to_string(request.envelope));
   line("velocity", name_of(request.velocity));
   return text;
@@ -129,6 +145,7 @@ StudyRequest read_request(const std::filesystem::path& file) {
            "holds no study: there is no " + file.string());
   StudyRequest request;
   request.edges.clear();
+  request.tolerances.clear();
   const char* need = "needs to be as perp study wrote it";
   for (std::string text; std::getline(in, text);) {
     const std::size_t space = std::min(text.find(' '), text.size());
@@ -146,6 +163,8 @@ StudyRequest read_request(const std::filesystem::path& file) {
           number<double>("set", value.substr(std::min(value.find('='), value.size() - 1) + 1), need);
     else if (word == "edges")
       request.edges.push_back(number<int>("edges", value, need));
+    else if (word == "tolerance")
+      request.tolerances.push_back(number<double>("tolerance", value, need));
     else if (word == "envelope")
       request.envelope = number<int>("envelope", value, need);
     else if (word == "velocity")

@@ -16,12 +16,19 @@ struct StudyLine {
   MethodOptions options = {};
 
   std::unique_ptr<Stepper> stepper() const { return method->make(options); }
+  /// The same, of a method that chooses its steps at this tolerance.
+  std::unique_ptr<Stepper> stepper(double tolerance) const {
+    MethodOptions chosen = options;
+    if (method->order == 0) chosen.tolerance = tolerance;
+    return method->make(chosen);
+  }
 };
 
 struct PlannedRun {
   std::size_t scene = 0, line = 0;
-  int level = 0, n = 0;
-  int shard = 0;         ///< from 0, of the number asked for
+  int level = 0, n = 0;        ///< n is 1 of methods that choose their steps
+  double tolerance = not_set;  ///< theirs
+  int shard = 0;               ///< from 0, of the number asked for
   std::string key = {};  ///< the same for the same run in any study: of the same scene, settings and version
 };
 

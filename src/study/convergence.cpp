@@ -115,7 +115,10 @@ StudyRun ScenePlan::run(Stepper& stepper, int level, int n) const {
   const double length = t_end_ - s.start.t;
   StudyRun result{.method = std::string(stepper.name()), .parameter = parameter_of(stepper), .level = level};
   result.n = n;
-  result.h = length / n;
+  if (const auto* adaptive = dynamic_cast<const AdaptiveStepper*>(&stepper))
+    result.rtol = adaptive->tolerance();
+  else
+    result.h = length / n;
   Trajectory run;
   const auto compute = [&] {
     try {
@@ -159,6 +162,14 @@ ConvergenceTable ScenePlan::tabulate(std::vector<StudyRun> runs, const std::vect
 
 void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
                            ConvergenceTable& table) const {
+  if (method.order() == 0) {  // its errors follow a tolerance
+    OrderRow row{.method = std::string(method.name()), .parameter = parameter_of(method)};
+    row.q.note = "chooses its steps";
+    row.q.points = static_cast<int>(runs.size());
+    for (const StudyRun* run : runs) row.failed += run->failed;
+    table.orders.push_back(row);
+    return;
+  }
   const Model& model = study_.scene.model;
   const double length = t_end_ - study_.scene.start.t;
   const bool tends_to_exact =
@@ -236,7 +247,8 @@ ConvergenceTable ConvergenceStudy::run(const std::vector<Stepper*>& methods) con
   std::vector<StudyRun> runs;
   for (Stepper* method : methods) {
     if (method == nullptr) refuse("ConvergenceStudy::run", "methods", "null", "needs steppers");
-    for (std::size_t level = 0; level < plan.counts().size(); ++level)
+    if (method->order() == 0) runs.push_back(plan.run(*method, 0, 1));
+    for (std::size_t level = 0; level < plan.counts().size() && method->order() > 0; ++level)
       for (const int n : plan.counts()[level]) runs.push_back(plan.run(*method, static_cast<int>(level), n));
   }
   return plan.tabulate(std::move(runs), methods);

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <thread>
 
+#include "perp/step/event_driven.hpp"
 #include "tests/cli/program.hpp"
 
 extern char** environ;
@@ -238,6 +239,25 @@ TEST_CASE("a study is refused before it runs anything", "[study]") {
   CHECK(error("seed-sphere --methods lcp --tolerances 1e-3").find("--tolerances") != std::string::npos);
   CHECK(error("seed-sphere").find("--methods") != std::string::npos);
   CHECK(error("--merge " + (scratch / "nothing")).find("holds no study") != std::string::npos);
+}
+
+TEST_CASE("a method that chooses its steps takes tolerances for levels, and its error follows them",
+          "[study]") {
+  if (!has_sundials()) return;
+  const Scratch scratch("study-tolerances");
+  const Outcome done = run_perp(
+      scratch, "study seed-sphere --methods ncp2,event --steps T/20,T/40 --tolerances 1e-5,1e-9 --out " +
+                   (scratch / "o"));
+  CHECK(done.status == 0);
+  const Table table = columns(scratch / "o/study.csv");
+  REQUIRE(table.at("method") == std::vector<std::string>{"ncp2", "ncp2", "event", "event"});
+  CHECK(std::stod(table.at("rtol")[2]) == 1e-5);
+  CHECK(std::stod(table.at("rtol")[3]) == 1e-9);
+  CHECK(table.at("h")[2].empty());
+  CHECK(std::stod(table.at("error_q")[2]) < 1e-3);
+  CHECK(std::stod(table.at("error_q")[3]) < 1e-7);
+  CHECK(std::stod(table.at("error_q")[0]) > std::stod(table.at("error_q")[3]));
+  CHECK(contents(scratch / "o/study.html").find("event") != std::string::npos);
 }
 
 TEST_CASE("without gnuplot all but the pictures is written, and it is said", "[study]") {

@@ -75,6 +75,7 @@ struct ConvergenceTable {
 
 /// Runs every method over every step. The reference is the scene's exact motion where it is known. A method with a friction
 /// polygon whose vertices miss a direction of the exact friction does not tend to it: it is also held against its own limit.
+/// An AdaptiveStepper makes one run, at its own tolerance, and shows no order.
 struct ConvergenceStudy {
   Scene scene;
   double t_end = not_set;  ///< [s]; the scene's own if not set
@@ -99,7 +100,7 @@ class ScenePlan {
   /// The run numbers of each level.
   const std::vector<std::vector<int>>& counts() const { return counts_; }
 
-  /// One run with its errors against the exact motion. Threads may call it at once, each with a stepper of its own.
+  /// One run with its errors against the exact motion; of an AdaptiveStepper without regard to n. Threads may call it at once, each with a stepper of its own.
   [[nodiscard]] StudyRun run(Stepper& stepper, int level, int n) const;
 
   /// Limits, errors against them, and orders. `runs` has the runs of each method together; some may be missing.
