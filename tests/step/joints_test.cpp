@@ -75,7 +75,8 @@ TEST_CASE("a loop hundred seconds long stays closed", "[joint][slow]") {
 TEST_CASE("a door on two hinges swings as on one, which share what they carry alike", "[joint]") {
   const auto door = [](bool two) {
     Model model;
-    const BodyId leaf = model.add_body(Inertia::solid_box(20, {0.8, 0.04, 2}), {.pose = {{0.4, 0, 0}, {1, 0, 0, 0}}});
+    const BodyId leaf =
+        model.add_body(Inertia::solid_box(20, {0.8, 0.04, 2}), {.pose = {{0.4, 0, 0}, {1, 0, 0, 0}}});
     const auto hinge = [&](const char* name, double z) {
       model.add_joint(revolute(ground, leaf, {.point = {0, 0, z}, .axis = {0, 0, 1}, .name = name}));
     };
@@ -104,7 +105,8 @@ TEST_CASE("a door on two hinges swings as on one, which share what they carry al
 TEST_CASE("a stop turns a swinging arm back with its restitution", "[joint]") {
   Model model;
   model.set_gravity(Vector3::Zero());
-  const BodyId arm = model.add_body(Inertia::solid_box(1, {1, 0.1, 0.1}), {.pose = {{0.5, 0, 0}, {1, 0, 0, 0}}});
+  const BodyId arm =
+      model.add_body(Inertia::solid_box(1, {1, 0.1, 0.1}), {.pose = {{0.5, 0, 0}, {1, 0, 0, 0}}});
   const JointId hinge = model.add_joint(revolute(ground, arm, {.axis = {0, 0, 1}, .name = "elbow"}));
   model.add_limit(hinge, {.lower = -1, .upper = 10, .e = 0.5});
   State x = model.rest();
@@ -174,7 +176,8 @@ TEST_CASE("a screw turns a weight's fall into spin, and gears share a moment by 
   const JointId driver = gears.add_joint(revolute(ground, small));
   gears.add_joint(revolute(ground, large, {.point = {1, 0, 0}}));
   gears.add_joint(gear(small, large, {.ratio = -0.3, .name = "teeth"}));
-  gears.add_motor({.joint = driver, .effort = [](const Model&, const State&, double, double) { return 1.0; }});
+  gears.add_motor(
+      {.joint = driver, .effort = [](const Model&, const State&, double, double) { return 1.0; }});
   const Trajectory spin = run(gears, stepper, gears.rest(), 10, 1e-2);
   const double rate = 10 / (1 + 0.3 * 0.3);  // (J1 + ratio^2 J2) rate' = 1
   CHECK(gears.angular_velocity(spin.back(), small).z() == Approx(rate));
@@ -189,11 +192,13 @@ TEST_CASE("friction in a screw, a hinge and a slide takes energy and then holds"
   model.set_gravity(Vector3::Zero());
   const BodyId body = model.add_body(Inertia::solid_sphere(1, 0.5));
   const JointOptions options{.axis = {1, 2, 3}, .lead = 0.1, .friction = 0.2, .name = "rough"};
-  const JointId joint =
-      model.add_joint(kind == 0 ? screw(ground, body, options) : kind == 1 ? revolute(ground, body, options) : prismatic(ground, body, options));
+  const JointId joint = model.add_joint(kind == 0   ? screw(ground, body, options)
+                                        : kind == 1 ? revolute(ground, body, options)
+                                                    : prismatic(ground, body, options));
   State x = model.rest();
   const Vector3 axis = options.axis.normalized();
-  model.set_velocity(x, body, kind == 1 ? Vector3(0, 0, 0) : Vector3(0.1 * axis), kind == 2 ? Vector3(0, 0, 0) : Vector3(axis));
+  model.set_velocity(x, body, kind == 1 ? Vector3(0, 0, 0) : Vector3(0.1 * axis),
+                     kind == 2 ? Vector3(0, 0, 0) : Vector3(axis));
   LcpStepper stepper;
   const Trajectory motion = run(model, stepper, x, 2, 1e-2);
   double energy = model.energy(x);
@@ -208,7 +213,8 @@ TEST_CASE("friction in a screw, a hinge and a slide takes energy and then holds"
   CHECK(motion.report(199).joint("rough").mode == ContactMode::Stick);
 }
 
-TEST_CASE("assembly finds the nearest closed loop and the nearest motion that it allows", "[joint][assembly]") {
+TEST_CASE("assembly finds the nearest closed loop and the nearest motion that it allows",
+          "[joint][assembly]") {
   const char* name = GENERATE("four-bar", "bennett", "slider-crank", "double-pendulum");
   const Scene s = scene(name);
   State x = s.start;
@@ -236,7 +242,9 @@ TEST_CASE("assembly finds the nearest closed loop and the nearest motion that it
         sum += b.mass * p.head<2>().squaredNorm() + b.J(2, 2) * p.z() * p.z();
         continue;
       }
-      const auto q = [&](const State& z) { return Quaternion(z.q[b.q0 + 3], z.q[b.q0 + 4], z.q[b.q0 + 5], z.q[b.q0 + 6]); };
+      const auto q = [&](const State& z) {
+        return Quaternion(z.q[b.q0 + 3], z.q[b.q0 + 4], z.q[b.q0 + 5], z.q[b.q0 + 6]);
+      };
       const Vector3 phi = rotation_vector(q(rough).conjugate() * q(y));
       sum += b.mass * p.squaredNorm() + phi.dot(b.J * phi);
     }
@@ -255,7 +263,8 @@ TEST_CASE("assembly finds the nearest closed loop and the nearest motion that it
 
 TEST_CASE("assembly says so where joints contradict each other", "[joint][assembly]") {
   Model model;
-  const BodyId mover = model.add_prescribed(PrescribedMotion::shaker({1, 0, 0}, 1)), bead = model.add_particle(1);
+  const BodyId mover = model.add_prescribed(PrescribedMotion::shaker({1, 0, 0}, 1)),
+               bead = model.add_particle(1);
   model.add_joint(ball(ground, bead));
   model.add_joint(ball(mover, bead));
   State x = model.rest();

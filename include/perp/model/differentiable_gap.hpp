@@ -25,9 +25,9 @@ struct ContactPointOf {
   S gap_t = S(0);
 };
 
-/// A gap whose derivatives are those of its formula. `formula` is called with S = double and with a scalar that carries
-/// thirteen derivatives (the twists of A and of B, and time):
-///   [=]<class S>(const PoseOf<S>& X_WA, const PoseOf<S>& X_WB, S t) -> ContactPointOf<S>
+/// A gap whose derivatives are those of its formula: a lambda that takes a scalar type S and then
+///   (const PoseOf& X_WA, const PoseOf& X_WB, S t) -> ContactPointOf, all over S,
+/// called with S = double and with a scalar that carries thirteen derivatives (the twists of A and of B, and time).
 template <class Formula>
 [[nodiscard]] Gap differentiable(Formula formula) {
   using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 13, 1>>;
