@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "step/free_rotation.hpp"
 #include "step/implicit_step.hpp"
 #include "step/step_record.hpp"
 
@@ -31,6 +32,18 @@ void carry(const Model& model, const Vector& nu, double h, Vector& y) {
     if (b.kind != BodyKind::Spatial) continue;
     const Vector3 w = nu.segment<3>(b.v0 + 3);
     y.segment<3>(b.v0 + 3) = rotation(-0.5 * h * w) * Vector3(y.segment<3>(b.v0 + 3));
+  }
+}
+
+/// Bodies that turn far in a step: first guesses of w_½ that solve their free rotation.
+void guess_rotations(const Model& model, const Instant& s, const State& x, double h, Vector& nu) {
+  constexpr double far = 0.5;  // [rad] a step
+  for (const Body& b : model.bodies()) {
+    if (b.kind != BodyKind::Spatial) continue;
+    const Vector3 w = x.nu.segment<3>(b.v0 + 3), Jw = b.J * w;
+    if (h * w.norm() < far) continue;
+    const Vector3 torque = Vector3(s.k.segment<3>(b.v0 + 3)) + w.cross(Jw);
+    nu.segment<3>(b.v0 + 3) = free_rotation(b.J, Jw + 0.5 * h * torque, h);
   }
 }
 
@@ -315,6 +328,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   w.last.prepare(model, s, x);
   solve_mass(model, s.k, w.nu);
   w.nu = x.nu + 0.5 * h * w.nu;
+  guess_rotations(model, s, x, h, w.nu);
   w.first.begin(model, s, x, h, 0.5 * h, w.last, w.nu);
 
   FirstStage problem(model, s, w.start.near(), x, request, w.end, w.scratch, w.geometry);

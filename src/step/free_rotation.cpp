@@ -1,0 +1,52 @@
+#include "step/free_rotation.hpp"
+
+#include <cmath>
+#include <Eigen/LU>
+#include <numbers>
+
+namespace perp {
+namespace {
+
+/// Newton with halved steps; what is left of the equation, relative to L.
+double solve(const Matrix3& J, const Vector3& L, double h, Vector3& w) {
+  constexpr int most = 40, most_halvings = 12;
+  constexpr double rounding = 1e-15;
+  const double size = L.norm();
+  const auto miss = [&](const Vector3& x) -> Vector3 { return rotation(0.5 * h * x) * Vector3(J * x) - L; };
+  Vector3 F = miss(w);
+  for (int k = 0; k < most && F.norm() > rounding * size; ++k) {
+    const Vector3 a = 0.5 * h * w;
+    const Matrix3 slope = rotation(a).toRotationMatrix() * (J - 0.5 * h * skew(J * w) * rotation_jacobian(a));
+    const Vector3 step = slope.partialPivLu().solve(F);
+    if (!step.allFinite()) break;
+    double t = 1;
+    Vector3 next = w - step;
+    for (int i = 0; i < most_halvings && !(miss(next).norm() < F.norm()); ++i) next = w - (t /= 2) * step;
+    const Vector3 now = miss(next);
+    if (!(now.norm() < F.norm())) break;
+    w = next;
+    F = now;
+  }
+  return F.norm() / size;
+}
+
+}  // namespace
+
+Vector3 free_rotation(const Matrix3& J, const Vector3& L, double h) {
+  constexpr int starts = 200;
+  constexpr double enough = 1e-13;
+  const Matrix3 J_inverse = J.inverse();
+  Vector3 best = J_inverse * L;
+  if (L.isZero(0)) return best;
+  double least = solve(J, L, h, best);
+  for (int i = 0; i < starts && least > enough; ++i) {  // a spiral over the sphere
+    const double z = 1 - (2 * i + 1.0) / starts, r = std::sqrt(1 - z * z);
+    const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    Vector3 w = L.norm() * (J_inverse * Vector3(r * std::cos(angle), r * std::sin(angle), z));
+    const double miss = solve(J, L, h, w);
+    if (miss < least) least = miss, best = w;
+  }
+  return best;
+}
+
+}  // namespace perp
