@@ -203,7 +203,7 @@ struct Ncp2Stepper::Workspace {
   Vector nu, kick, load, momentum;
   State moved;
 
-  void close(const Model& model, const Instant& s, const State& x, double h, double speed);
+  void close(const Instant& s, const State& x, double h, double speed);
   bool solve_second(const Model& model, double tolerance, int& iterations);
 };
 
@@ -217,9 +217,7 @@ Ncp2Stepper& Ncp2Stepper::operator=(Ncp2Stepper&&) noexcept = default;
 const NewtonHistory& Ncp2Stepper::history() const { return work_->history; }
 
 /// The second stage's reactions: contacts that the first closed, with W at q+, and all joints.
-void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const State& x, double h,
-                                   double speed) {
-  (void)model;
+void Ncp2Stepper::Workspace::close(const Instant& s, const State& x, double h, double speed) {
   closed.clear();
   velocities.clear();
   slid.clear();
@@ -347,7 +345,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   const double speed = w.outcome.residuals.speed;
 
   // second stage, from the momentum that nu_½ carries to q+
-  w.close(model, s, x, h, speed);
+  w.close(s, x, h, speed);
   loads_at(model, w.end, w.moved, w.scratch, w.load);
   problem.kick(w.first.all, w.kick);
   carry(model, half, 2 * h, w.kick);  // half of the turn before nu_½, half after

@@ -85,14 +85,11 @@ double inverse_mass(const Model& model, const WrenchMap<3>& W, Law law) {
   return trace > 0 ? trace / rows : 1;
 }
 
-NonsmoothNewton::Island& NonsmoothNewton::island_of(const Reaction& r) {
-  return islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])];
-}
-const NonsmoothNewton::Island& NonsmoothNewton::island_of(const Reaction& r) const {
-  return islands_[at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)])];
+std::size_t NonsmoothNewton::island_number(const Reaction& r) const {
+  return at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)]);
 }
 double NonsmoothNewton::rho(const Reaction& r) const {
-  return r.law == Law::Equality ? 1 : steps_rho[island_of(r).map];
+  return r.law == Law::Equality ? 1 : steps_rho[islands_[island_number(r)].map];
 }
 
 int NonsmoothNewton::root(int body) {
@@ -167,7 +164,7 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     r.W.add_impulse(-r.p, R_);
     alart_curnier(r, 1, F_[i], P_[i]);
     const Vector3 miss = r.w * F_[i].cwiseAbs();
-    Island& island = island_of(r);
+    Island& island = islands_[island_number(r)];
     if (island.map > 0) alart_curnier(r, rho(r), F_[i], P_[i]);
     StepResiduals& e = island.residuals;
     if (r.law == Law::Equality)
@@ -231,7 +228,7 @@ bool NonsmoothNewton::direction(const Model& model, const std::vector<Reaction>&
   eps_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Reaction& r = reactions[i];
-    const StepResiduals& e = island_of(r).residuals;
+    const StepResiduals& e = islands_[island_number(r)].residuals;
     eps_[i] = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
     inverse_[i] = (Matrix3::Identity() - (1 - std::max(eps_[i], least_factored)) * P_[i]).inverse();
     const Reaction::Slope SG = inverse_[i] * P_[i] * (rho(r) / r.w) * r.G;
@@ -339,7 +336,7 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
     }
     for (std::size_t i = 0; i < reactions.size(); ++i) {
       Reaction& r = reactions[i];
-      r.p = p_[i] + island_of(r).t * dp_[i];
+      r.p = p_[i] + islands_[island_number(r)].t * dp_[i];
     }
     const bool finite = evaluate(model, problem, options, nu, reactions, outcome);
     bool enough = true;
@@ -372,8 +369,7 @@ void NonsmoothNewton::keep_best(const Model& model, const Vector& nu,
     if (b.nv > 0 && improved_[at(island_[i])] != 0) nu_best_.segment(b.v0, b.nv) = nu.segment(b.v0, b.nv);
   }
   for (std::size_t i = 0; i < reactions.size(); ++i)
-    if (improved_[at(island_[at(reactions[i].W.nb > 0 ? reactions[i].W.b : reactions[i].W.a)])] != 0)
-      p_best_[i] = reactions[i].p;
+    if (improved_[island_number(reactions[i])] != 0) p_best_[i] = reactions[i].p;
 }
 
 /// Takes islands that stall back to their best guess, with the next map; true if there were any.
@@ -395,8 +391,7 @@ bool NonsmoothNewton::change_maps(const Model& model, Vector& nu, std::vector<Re
     if (b.nv > 0 && improved_[at(island_[i])] != 0) nu.segment(b.v0, b.nv) = nu_best_.segment(b.v0, b.nv);
   }
   for (std::size_t i = 0; i < reactions.size(); ++i)
-    if (improved_[at(island_[at(reactions[i].W.nb > 0 ? reactions[i].W.b : reactions[i].W.a)])] != 0)
-      reactions[i].p = p_best_[i];
+    if (improved_[island_number(reactions[i])] != 0) reactions[i].p = p_best_[i];
   return true;
 }
 

@@ -72,8 +72,7 @@ class NonsmoothNewton {
              const std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool direction(const Model& model, const std::vector<Reaction>& reactions);
   double rho(const Reaction& r) const;
-  Island& island_of(const Reaction& r);
-  const Island& island_of(const Reaction& r) const;
+  std::size_t island_number(const Reaction& r) const;
   void keep_best(const Model& model, const Vector& nu, const std::vector<Reaction>& reactions);
   bool change_maps(const Model& model, Vector& nu, std::vector<Reaction>& reactions);
   double linear_miss(const Model& model, const std::vector<Reaction>& reactions);
