@@ -80,6 +80,11 @@ const std::vector<GapKind>& kinds() {
       {"particle_in_circle", {{"radius"}}, [](const Sizes& s) { return particle_in_circle(s.number(0)); }},
       {"ellipse_on_line", with_plane({{"a"}, {"b"}}, line),
        [](const Sizes& s) { return ellipse_on_line(s.number(0), s.number(1), s.plane(2)); }},
+      {"rectangle_on_rectangle",
+       {{"width_a"}, {"height_a"}, {"width_b"}, {"height_b"}},
+       [](const Sizes& s) {
+         return rectangle_on_rectangle({s.number(0), s.number(1)}, {s.number(2), s.number(3)});
+       }},
       {"box_on_line", with_plane({{"width"}, {"height"}}, line),
        [](const Sizes& s) { return box_on_line(s.number(0), s.number(1), s.plane(2)); }},
   };

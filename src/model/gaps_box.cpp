@@ -170,7 +170,83 @@ struct BoxOnBox {
   }
 };
 
+/// Corners of each rectangle on the faces of the other: 0..3 those of B on A, 4..7 those of A on B.
+struct RectangleOnRectangle {
+  Vector2 a, b;  // half sizes
+
+  int points() const { return 8; }
+  double lever_a() const { return infinity; }  // its points come and go: not a distance
+  double lever_b() const { return infinity; }
+
+  /// One corner on a face of the other rectangle: who has the face and who the corner, the face's outward normal in its owner's axes.
+  struct Touch {
+    bool there = false;
+    double gap = 0;
+    Vector3 normal = Vector3::Zero(), corner = Vector3::Zero();  // owner's axes
+  };
+
+  /// `corner` (its owner's axes) on the rectangle of half size `half`, whose axes X_FC leads to.
+  static Touch touch(const Pose& X_FC, const Vector2& half, const Vector3& corner) {
+    const Vector3 c = X_FC * corner;
+    const auto apart = [&](int axis) { return std::abs(X_FC.p[axis]) - half[axis]; };
+    const int first = apart(0) > apart(1) ? 0 : 1;  // the face that parts the rectangles more
+    Touch touch;
+    touch.corner = corner;
+    for (const int axis : {first, 1 - first}) {
+      if (!(std::abs(c[1 - axis]) <= half[1 - axis])) continue;
+      const bool outside = std::abs(c[axis]) > half[axis];
+      const double side = (outside ? c[axis] : X_FC.p[axis]) < 0 ? -1 : 1;
+      touch.there = true;
+      touch.gap = side * c[axis] - half[axis];
+      touch.normal[axis] = side;
+      return touch;
+    }
+    return touch;
+  }
+
+  Touch touch(const Pose& X_WA, const Pose& X_WB, std::size_t i) const {
+    const Vector2 sign((i & 1U) != 0 ? 1 : -1, (i & 2U) != 0 ? 1 : -1);
+    const bool of_b = i < 4;
+    const Vector2 corner = sign.cwiseProduct(of_b ? b : a);
+    return of_b ? touch(X_WA.inverse() * X_WB, a, {corner.x(), corner.y(), 0})
+                : touch(X_WB.inverse() * X_WA, b, {corner.x(), corner.y(), 0});
+  }
+
+  void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {
+    for (std::size_t i = 0; i < 8; ++i) {
+      const Touch t = touch(X_WA, X_WB, i);
+      out[i] = {};
+      if (!t.there) continue;
+      const Vector3 n = i < 4 ? Vector3(X_WA.q * t.normal) : Vector3(-(X_WB.q * t.normal));
+      out[i] = {.gap = t.gap, .normal = n, .point = (i < 4 ? X_WB : X_WA) * t.corner};
+    }
+  }
+
+  void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const {
+    for (std::size_t i = 0; i < 8; ++i) {
+      const Touch t = touch(X_WA, X_WB, i);
+      if (!t.there) continue;
+      if (i < 4) {
+        w_A(out[i].normal) = -skew(X_WA.q * t.normal);
+        v_B(out[i].point).setIdentity();
+        w_B(out[i].point) = -skew(X_WB.q * t.corner);
+      } else {
+        w_B(out[i].normal) = skew(X_WB.q * t.normal);
+        v_A(out[i].point).setIdentity();
+        w_A(out[i].point) = -skew(X_WA.q * t.corner);
+      }
+    }
+  }
+};
+
 }  // namespace
+
+Gap rectangle_on_rectangle(const Vector2& size_a, const Vector2& size_b) {
+  for (const double edge : size_a) length("rectangle_on_rectangle", "size_a", edge);
+  for (const double edge : size_b) length("rectangle_on_rectangle", "size_b", edge);
+  return gap_of("rectangle_on_rectangle", RectangleOnRectangle{0.5 * size_a, 0.5 * size_b},
+                Arguments() << size_a.x() << size_a.y() << size_b.x() << size_b.y());
+}
 
 Gap sphere_on_box(double radius, const Vector3& size) {
   length("sphere_on_box", "radius", radius);

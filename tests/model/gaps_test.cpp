@@ -261,6 +261,28 @@ TEST_CASE("a gap written on a scalar type has the derivatives of its formula", "
   CHECK(d[0].gap_tt == Approx(std::sin(0.3)));
 }
 
+TEST_CASE("rectangles touch with the corners of each on the faces of the other", "[gaps]") {
+  const Gap gap = rectangle_on_rectangle({2, 1}, {1, 1});
+  int present = 0;
+  for (const ContactPoint& c : points(gap, {}, at(0, 1.25, 0))) {
+    if (c.gap == infinity || c.gap > 1) continue;
+    ++present;
+    CHECK(c.gap == Approx(0.25));
+    CHECK(c.normal == Vector3::UnitY());
+    CHECK(c.point.y() == Approx(0.75));
+  }
+  CHECK(present == 2);  // the lower corners of B; those of A lie beside it
+  present = 0;
+  for (const ContactPoint& c : points(rectangle_on_rectangle({1, 1}, {3, 1}), {}, at(0.2, 1, 0))) {
+    if (c.gap == infinity || c.gap > 0.5) continue;
+    ++present;
+    CHECK(std::abs(c.gap) < 1e-15);
+    CHECK((c.normal - Vector3::UnitY()).norm() < 1e-15);  // from A to B on B's face too
+  }
+  CHECK(present == 2);  // the upper corners of A
+  CHECK(against_differences(gap, at(0.1, -0.2, 0, {0, 0, 0.2}), at(0.3, 1.3, 0, {0, 0, -0.4})) < 1e-9);
+}
+
 TEST_CASE("check_gap tells of derivatives that are not the gap's", "[gaps]") {
   Gap gap = sphere_on_sphere(0.4, 0.3);
   gap.differentiated_by(

@@ -58,4 +58,9 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 [[nodiscard]] Gap box_on_line(double width, double height,
                               const Plane& line = horizontal_line);  ///< 4 points
 
+/// Two rectangles about their origins, full edges along their axes: corners of each on the faces of the other, 8 points. A corner counts
+/// while it lies over a face, the one that parts the two rectangles more if it lies inside; corner against corner has no normal and no
+/// point. Normals turn with the face.
+[[nodiscard]] Gap rectangle_on_rectangle(const Vector2& size_a, const Vector2& size_b);
+
 }  // namespace perp
