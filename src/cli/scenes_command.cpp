@@ -1,7 +1,5 @@
 // perp scenes: the built-in scenes, their default end time and parameters; each as a scene file.
-#include <algorithm>
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,24 +21,14 @@ std::string settings(const Scene& scene) {
   return text;
 }
 
-/// Those that take all bodies of the scene.
-std::string methods_of(const Scene& s) {
-  const auto& bodies = s.model.bodies();
-  const bool own = std::any_of(bodies.begin(), bodies.end(),
-                               [](const Body& b) { return b.kind == BodyKind::Generalized; });
-  std::string names;
-  for (const Method& method : methods())
-    if (!own || method.make({})->takes_generalized())
-      names += (names.empty() ? "" : " ") + std::string(method.name);
-  return names;
-}
-
 void print_csv() {
+  std::string every;  // a scene runs under all of them
+  for (const Method& method : methods()) every += (every.empty() ? "" : " ") + std::string(method.name);
   std::printf("name,id,until,exact,methods,parameters\n");
   for (const std::string& name : scene_names()) {
     const Scene s = scene(name);
     std::printf("%s,%s,%s,%s,%s,%s\n", s.name.c_str(), s.id.c_str(), shortest(s.t_end).c_str(),
-                s.exact ? "yes" : "no", methods_of(s).c_str(), settings(s).c_str());
+                s.exact ? "yes" : "no", every.c_str(), settings(s).c_str());
   }
 }
 

@@ -176,10 +176,71 @@ Eigen::Matrix<double, 12, 1> velocities(const WrenchMap<C>& W, const Vector& nu)
   return local;
 }
 
+/// How a gap of one's own changes along the direction (dq, dt) at (q, t): columns and explicit rates.
+struct OwnSlope {
+  Vector normal, tangent;
+  double gap_t = 0, tangent_t = 0;
+
+  /// Of the velocities along n, t, at fixed nu.
+  Vector2 velocity(const Vector& nu) const {
+    return {normal.dot(nu) + gap_t, tangent.size() > 0 ? tangent.dot(nu) + tangent_t : 0.0};
+  }
+};
+
+/// Sum of weights (f(ks) - f(-ks))/s, k = 1 ... 4: for what bends over a hundredth of a unit, truncation is 1e-11 of the derivative,
+/// rounding less. Zero where the point is not there all around.
+OwnSlope own_slope(const Contact& contact, const Vector& q, double t, const Vector& dq, double dt) {
+  constexpr double s = 1e-3, weights[] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
+  OwnSlope none{.normal = Vector::Zero(q.size()), .tangent = {}};
+  if (contact.tangents > 0) none.tangent.setZero(q.size());
+  OwnSlope slope = none;
+  for (int k = 1; k <= 4; ++k) {
+    const double weight = weights[k - 1] / s;
+    const GeneralizedPoint after = contact.own(q + k * s * dq, t + k * s * dt),
+                           before = contact.own(q - k * s * dq, t - k * s * dt);
+    if (after.gap == infinity || before.gap == infinity) return none;
+    slope.normal += weight * (after.normal - before.normal);
+    slope.gap_t += weight * (after.gap_t - before.gap_t);
+    if (contact.tangents == 0) continue;
+    slope.tangent += weight * (after.tangent - before.tangent);
+    slope.tangent_t += weight * (after.tangent_t - before.tangent_t);
+  }
+  return slope;
+}
+
+void differentiate_own(const Model& model, const State& x, const ContactInstant& c, const Vector3& p,
+                       PairDerivative<3>& out) {
+  const Contact& contact = model.contacts()[at(c.contact)];
+  const Body& body = model.body(contact.b);
+  const Vector q = x.q.segment(body.q0, body.nq), nu = x.nu.segment(body.v0, body.nv);
+  out.force.setZero();
+  out.velocity.setZero();
+  for (int k = 0; k < body.nv; ++k) {
+    const OwnSlope slope = own_slope(contact, q, x.t, Vector::Unit(body.nv, k), 0);
+    auto force = out.force.col(6 + k).segment(6, body.nv);
+    force = p.x() * slope.normal;
+    if (c.tangents > 0) force += p.y() * slope.tangent;
+    out.velocity.col(6 + k).head<2>() = slope.velocity(nu);
+  }
+  out.velocity_t << own_slope(contact, q, x.t, Vector::Zero(body.nv), 1).velocity(nu), 0;
+}
+
+/// Along the motion at once.
+Vector3 own_bias(const Model& model, const State& x, const ContactInstant& c) {
+  const Contact& contact = model.contacts()[at(c.contact)];
+  const Body& body = model.body(contact.b);
+  const Vector q = x.q.segment(body.q0, body.nq), nu = x.nu.segment(body.v0, body.nv);
+  const double speed = std::max(1.0, nu.cwiseAbs().maxCoeff());
+  Vector3 bias = Vector3::Zero();
+  bias.head<2>() = speed * own_slope(contact, q, x.t, nu / speed, 1 / speed).velocity(nu);
+  return bias;
+}
+
 }  // namespace
 
 void differentiate(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                    const ContactDerivative& geometry, const Vector3& p, PairDerivative<3>& out) {
+  if (model.contacts()[at(c.contact)].own) return differentiate_own(model, x, c, p, out);
   if (const Contact::Stop& stop = model.contacts()[at(c.contact)].stop; stop.joint >= 0) {
     PairDerivative<1> row;
     differentiate(model, instant, instant.coordinate({stop.joint}, stop.coordinate), stop.side * p.x(), row);
@@ -241,6 +302,7 @@ void differentiate(const Model& model, const Instant& instant, const JointRowIns
 
 Vector3 acceleration_bias(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                           const ContactDerivative& geometry) {
+  if (model.contacts()[at(c.contact)].own) return own_bias(model, x, c);
   PairDerivative<3> d;
   differentiate(model, x, instant, c, geometry, Vector3::Zero(), d);
   return d.velocity * velocities(c.W, x.nu) + d.velocity_t;
@@ -259,7 +321,7 @@ void ContactDerivatives::evaluate(const Model& model, const Instant& instant, st
   for (const int i : which) {
     const ContactInstant& c = instant.contacts[at(i)];
     const Contact& contact = model.contacts()[at(c.contact)];
-    if (contact.stop.joint >= 0) continue;  // its coordinate's row has them
+    if (contact.stop.joint >= 0 || contact.own) continue;  // its coordinate's row, or its body, has them
     if (c.contact != last) {
       points_.resize(at(contact.gap.points()));
       contact.gap.differentiate(instant.X[at(contact.a.index)], instant.X[at(contact.b.index)], instant.t,
@@ -353,6 +415,18 @@ void differentiate_force(const Model& model, const BodyForce& load, const State&
   }
 }
 
+/// By columns, value(x + step along coordinate i) - value(x - step ...), divided: of a function of a generalized body's q or nu.
+template <class Value>
+Matrix6 own_differences(const Vector& x, const Value& value) {
+  constexpr double step = 1e-6;  // [the coordinates' own units]
+  Matrix6 slopes = Matrix6::Zero();
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const Vector d = step * Vector::Unit(x.size(), i);
+    slopes.col(i).head(x.size()) = (value(x + d) - value(x - d)) / (2 * step);
+  }
+  return slopes;
+}
+
 /// W f of a coordinate's row, f = f(coordinate, rate) with these slopes.
 void differentiate_effort(const Model& model, const Instant& s, const JointRowInstant& c, double f,
                           double by_coordinate, double by_rate, std::vector<LoadDerivative>& out) {
@@ -410,6 +484,13 @@ void differentiate_loads(const Model& model, const State& x, const Instant& inst
   out.clear();
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& body = model.bodies()[i];
+    if (body.kind == BodyKind::Generalized) {
+      const Vector q = x.q.segment(body.q0, body.nq), nu = x.nu.segment(body.v0, body.nv);
+      const auto& force = body.system.force;
+      out.push_back({static_cast<int>(i), static_cast<int>(i),
+                     own_differences(q, [&](const Vector& y) { return force(y, nu, x.t); }),
+                     own_differences(nu, [&](const Vector& y) { return force(q, y, x.t); })});
+    }
     if (body.kind != BodyKind::Spatial) continue;  // -w x J w
     const Vector3 w = x.nu.segment<3>(body.v0 + 3);
     LoadDerivative block{static_cast<int>(i), static_cast<int>(i), Matrix6::Zero(), Matrix6::Zero(), true};
@@ -424,6 +505,18 @@ void differentiate_loads(const Model& model, const State& x, const Instant& inst
     differentiate_effort(model, instant, c, effort, -spring.stiffness, -spring.damping, out);
   }
   for (const JointMotor& motor : model.motors()) differentiate_motor(model, motor, x, instant, out);
+}
+
+void differentiate_mass(const Model& model, const State& x, const Vector& y,
+                        std::vector<LoadDerivative>& out) {
+  out.clear();
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& body = model.bodies()[i];
+    if (body.kind != BodyKind::Generalized) continue;
+    const Vector q = x.q.segment(body.q0, body.nq), part = y.segment(body.v0, body.nv);
+    const auto momentum = [&](const Vector& at) -> Vector { return body.system.mass(at) * part; };
+    out.push_back({static_cast<int>(i), static_cast<int>(i), own_differences(q, momentum), Matrix6::Zero()});
+  }
 }
 
 }  // namespace perp

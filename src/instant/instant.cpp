@@ -302,14 +302,16 @@ void evaluate_loads(const Model& model, const State& x, Instant& instant) {
   instant.nu = x.nu;
   evaluate_bodies(model, x, instant);
   add_loads(model, x, instant);
+  if (model.joint_springs().empty() && model.motors().empty()) return;
+  evaluate_joints(model, x, instant);
+  evaluate_joint_loads(model, x, instant);
 }
 
 void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like,
               const std::vector<int>* only) {
   instant.fault.clear();
   evaluate_loads(model, x, instant);
-  evaluate_joints(model, x, instant);
-  evaluate_joint_loads(model, x, instant);
+  if (model.joint_springs().empty() && model.motors().empty()) evaluate_joints(model, x, instant);
   evaluate_contacts(model, x, instant, like, only);
   for (const auto* rows : {&instant.joint_rows, &instant.joint_coordinates})
     for (const JointRowInstant& row : *rows)
@@ -333,7 +335,9 @@ double Instant::joint_error() const {
   return largest;
 }
 
-void solve_mass(const Body& body, const double* f, double* out) {
+namespace {
+
+void solve_constant_mass(const Body& body, const double* f, double* out) {
   using Map3 = Eigen::Map<const Vector3>;
   const double per_mass = 1 / body.mass;
   const int linear = body.kind == BodyKind::Planar ? 2 : 3;
@@ -342,15 +346,20 @@ void solve_mass(const Body& body, const double* f, double* out) {
   if (body.kind == BodyKind::Spatial) Eigen::Map<Vector3>(out + 3).noalias() = body.J_inverse * Map3(f + 3);
 }
 
+}  // namespace
+
 void solve_mass(const Model& model, const Instant& instant, int body, const double* f, double* out) {
   const Body& b = model.bodies()[static_cast<std::size_t>(body)];
-  if (b.kind != BodyKind::Generalized) return solve_mass(b, f, out);
+  if (b.kind != BodyKind::Generalized) return solve_constant_mass(b, f, out);
   for (const Instant::GeneralizedMass& mass : instant.masses)
     if (mass.body == body) Eigen::Map<Vector>(out, b.nv) = mass.inverse * Eigen::Map<const Vector>(f, b.nv);
 }
 
 void solve_mass(const Model& model, const Instant& instant, const Vector& f, Vector& out) {
-  solve_mass(model, f, out);
+  out.resize(f.size());
+  for (const Body& b : model.bodies())
+    if (b.nv > 0 && b.kind != BodyKind::Generalized)
+      solve_constant_mass(b, f.data() + b.v0, out.data() + b.v0);
   for (const Instant::GeneralizedMass& mass : instant.masses) {
     const Body& b = model.bodies()[static_cast<std::size_t>(mass.body)];
     out.segment(b.v0, b.nv) = mass.inverse * f.segment(b.v0, b.nv);
@@ -358,28 +367,16 @@ void solve_mass(const Model& model, const Instant& instant, const Vector& f, Vec
 }
 
 void multiply_mass(const Model& model, const Instant& instant, const Vector& nu, Vector& out) {
-  multiply_mass(model, nu, out);
+  out = nu;
+  for (const Body& b : model.bodies()) {
+    if (b.nv == 0 || b.kind == BodyKind::Generalized) continue;
+    out.segment(b.v0, b.kind == BodyKind::Planar ? 2 : 3) *= b.mass;
+    if (b.kind == BodyKind::Planar) out[b.v0 + 2] *= b.J(2, 2);
+    if (b.kind == BodyKind::Spatial) out.segment<3>(b.v0 + 3) = b.J * Vector3(nu.segment<3>(b.v0 + 3));
+  }
   for (const Instant::GeneralizedMass& mass : instant.masses) {
     const Body& b = model.bodies()[static_cast<std::size_t>(mass.body)];
     out.segment(b.v0, b.nv) = mass.M * nu.segment(b.v0, b.nv);
-  }
-}
-
-void solve_mass(const Model& model, const Vector& f, Vector& out) {
-  out.resize(f.size());
-  for (const Body& body : model.bodies())
-    if (body.nv > 0 && body.kind != BodyKind::Generalized)
-      solve_mass(body, f.data() + body.v0, out.data() + body.v0);
-}
-
-void multiply_mass(const Model& model, const Vector& nu, Vector& out) {
-  out = nu;
-  for (const Body& body : model.bodies()) {
-    if (body.nv == 0 || body.kind == BodyKind::Generalized) continue;
-    out.segment(body.v0, body.kind == BodyKind::Planar ? 2 : 3) *= body.mass;
-    if (body.kind == BodyKind::Planar) out[body.v0 + 2] *= body.J(2, 2);
-    if (body.kind == BodyKind::Spatial)
-      out.segment<3>(body.v0 + 3) = body.J * Vector3(nu.segment<3>(body.v0 + 3));
   }
 }
 

@@ -12,7 +12,8 @@ void AccelerationBiases::evaluate(const Model& model, const State& x, const Inst
     const Contact& contact = model.contacts()[at(c.contact)];
     if (c.contact != last) {
       points_.resize(at(contact.gap.points()));
-      if (contact.stop.joint < 0)  // of a stop the joint's coordinate has them
+      if (contact.stop.joint < 0 &&
+          !contact.own)  // of a stop the joint's coordinate has them, of others their body
         contact.gap.differentiate(instant.X[at(contact.a.index)], instant.X[at(contact.b.index)], instant.t,
                                   points_);
       last = c.contact;

@@ -100,7 +100,7 @@ void AccelerationProblem::assemble(const Model& model, const State& x, const Ins
     joint_bias[static_cast<Eigen::Index>(i)] = biases_.joint_rows[i];
   for (std::size_t i = 0; i < instant.joint_frictions.size(); ++i)
     accelerations_.joint_frictions[i].psi_b_t = biases_.joint_frictions[i];
-  solve_mass(model, instant.k, free_);
+  solve_mass(model, instant, instant.k, free_);
   reduced_.assemble(model, accelerations_, island_, free_, joint_bias);
 
   // rows that are kept, and what a force along each of them is along all rows
@@ -166,7 +166,7 @@ AccelerationAnswer AccelerationProblem::read(const Model& model, const Vector& c
   Vector force = Vector::Zero(model.nv());
   answer.reactions.setZero(static_cast<Eigen::Index>(accelerations_.joint_rows.size()));
   reduced_.add_impulses(accelerations_, island_, r, force, answer.reactions);
-  solve_mass(model, force, answer.nu_dot);
+  solve_mass(model, accelerations_, force, answer.nu_dot);
   answer.nu_dot += free_;
   for (std::size_t i = 0; i < contact_index.size(); ++i) {
     const ContactInstant& contact = accelerations_.contacts[at(contact_index[i])];

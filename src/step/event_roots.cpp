@@ -11,10 +11,10 @@ std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-double mobility(const Model& model, const ContactInstant& c) {
+double mobility(const Model& model, const Instant& instant, const ContactInstant& c) {
   Vector force = Vector::Zero(model.nv()), response;
   c.W.add_impulse(Vector3::UnitX(), force);
-  solve_mass(model, force, response);
+  solve_mass(model, instant, force, response);
   return c.W.velocity(response).x();
 }
 
@@ -40,7 +40,7 @@ void EventRun::list_roots() {
       continue;
     }
     const ContactInstant& c = instant_.contacts[at(instant_.contact_of_point[at(point)])];
-    const double force = scales_.acceleration / mobility(model_, c);
+    const double force = scales_.acceleration / mobility(model_, instant_, c);
     add(Root::Lift, point, force, true);
     if (c.tangents == 0) continue;
     if (closed->slides)
@@ -163,10 +163,12 @@ State EventRun::half_way(const EventSample& a, const EventSample& b) const {
   dynamics_.kinematic_map(b.x, rate_b);
   m.q = 0.5 * (a.x.q + b.x.q) + h / 8 * (rate_a - rate_b);
   for (const Body& body : model_.bodies()) {
-    if (body.nv == 0) continue;  // positions and planar angles: their second derivatives are known as well
-    m.q.segment<3>(body.q0) = 0.5 * (a.x.q + b.x.q).segment<3>(body.q0) +
-                              5 * h / 32 * (a.x.nu - b.x.nu).segment<3>(body.v0) +
-                              h * h / 64 * (a.nu_dot + b.nu_dot).segment<3>(body.v0);
+    if (body.nv == 0) continue;
+    // all but orientations: their second derivatives are known as well
+    const int n = body.kind == BodyKind::Generalized ? body.nq : 3;
+    m.q.segment(body.q0, n) = 0.5 * (a.x.q + b.x.q).segment(body.q0, n) +
+                              5 * h / 32 * (a.x.nu - b.x.nu).segment(body.v0, n) +
+                              h * h / 64 * (a.nu_dot + b.nu_dot).segment(body.v0, n);
     if (body.kind == BodyKind::Spatial) m.q.segment<4>(body.q0 + 3).normalize();
   }
   return m;

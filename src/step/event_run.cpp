@@ -72,9 +72,6 @@ bool EventRun::run(const RunRequest& request) {
 
 /// The first modes. Small violations are moved away, larger ones are the caller's.
 bool EventRun::begin() {
-  for (const Body& body : model_.bodies())
-    if (body.kind == BodyKind::Generalized)
-      return fail(StepStatus::NotSolved, "event does not take bodies with coordinates of their own");
   perp::evaluate(model_, now_.x, instant_);
   if (!instant_.fault.empty()) return fail(StepStatus::NotFinite, instant_.fault);
   scales_ = scales_of(model_, now_.x, instant_);
@@ -246,7 +243,8 @@ void EventRun::take_modes(const Modes& closed, const Instant& instant, const Acc
     const ContactInstant& c = instant.contacts[at(problem_.contact_index[i])];
     const Vector3 f = answer.force[i], a = answer.acceleration[i];
     if (a.x() > small) continue;
-    if (mobility(model_, c) * f.x() <= small && triggered(triggers, Root::Lift, contact.point)) continue;
+    if (mobility(model_, instant, c) * f.x() <= small && triggered(triggers, Root::Lift, contact.point))
+      continue;
     if (!contact.slides && c.tangents > 0) {
       const Vector2 a_f = a.tail<2>(), f_f = f.tail<2>();
       const bool at_limit = triggered(triggers, Root::ContactSlips, contact.point) && f_f.norm() > 0 &&

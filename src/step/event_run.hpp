@@ -46,7 +46,7 @@ struct EventSample {
 /// Of a contact point in these modes; Slip if it is closed without friction.
 [[nodiscard]] ContactMode mode_in(const Modes& modes, const Model& model, int point);
 /// How much a unit of normal force accelerates a contact's bodies apart [1/kg].
-[[nodiscard]] double mobility(const Model& model, const ContactInstant& c);
+[[nodiscard]] double mobility(const Model& model, const Instant& instant, const ContactInstant& c);
 
 /// What Trajectory::at needs: the model, and the modes that hold from a row on.
 struct EventContinuation {

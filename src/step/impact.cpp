@@ -59,7 +59,7 @@ struct Touching {
     Vector impulse = Vector::Zero(model.nv()),
            reactions = Vector::Zero(static_cast<Eigen::Index>(s.joint_rows.size())), change;
     reduced.add_impulses(s, island, r, impulse, reactions);
-    solve_mass(model, impulse, change);
+    solve_mass(model, s, impulse, change);
     return x.nu + change;
   }
 };

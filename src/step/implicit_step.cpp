@@ -72,7 +72,7 @@ void StepReactions::begin(const Model& model, const Instant& s, const State& x, 
     r.W.add_impulse(r.p, kick);
     if (r.of == Reaction::Of::JointRow) r.p.setZero();
   }
-  solve_mass(model, kick, moved);
+  solve_mass(model, s, kick, moved);
   nu += moved;
 }
 
@@ -99,10 +99,16 @@ Reaction::Slope slopes_of(const WrenchMap<3>& W) {
   return G;
 }
 
-void add_mass(const Model& model, std::vector<Coupling>& K) {
+void add_mass(const Model& model, const Instant& instant, std::vector<Coupling>& K) {
+  for (const Instant::GeneralizedMass& mass : instant.masses) {
+    Coupling& c = K.emplace_back();
+    c.row = c.column = mass.body;
+    c.value.setZero();
+    c.value.topLeftCorner(mass.M.rows(), mass.M.cols()) = mass.M;
+  }
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];
-    if (b.nv == 0) continue;
+    if (b.nv == 0 || b.kind == BodyKind::Generalized) continue;
     Coupling& c = K.emplace_back();
     c.row = c.column = static_cast<int>(i);
     c.value.setZero();
@@ -140,7 +146,7 @@ void add_turning(const WrenchMap<3>& W, Eigen::Matrix<double, 12, 12> force, con
 }
 
 bool VelocityLevel::evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) {
-  multiply_mass(model_, nu, R);
+  multiply_mass(model_, instant_, nu, R);
   R -= momentum_;
   for (std::size_t i = 0; i < reactions.size(); ++i)
     reactions[i].u = velocities_[i].W.velocity(nu) + velocities_[i].bias;
@@ -149,7 +155,7 @@ bool VelocityLevel::evaluate(const Vector& nu, std::span<Reaction> reactions, Ve
 
 void VelocityLevel::differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) {
   K.clear();
-  add_mass(model_, K);
+  add_mass(model_, instant_, K);
   for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].G = slopes_of(velocities_[i].W);
 }
 

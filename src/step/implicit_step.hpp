@@ -84,16 +84,18 @@ struct RelativeVelocity {
 };
 
 /// The equations at a fixed configuration, for the velocity alone:
-///   M nu - momentum = sum W p,     u = (a reaction's RelativeVelocity)
+///   M nu - momentum = sum W p,     u = (a reaction's RelativeVelocity),   M that of `instant`
 class VelocityLevel final : public StepProblem {
  public:
-  VelocityLevel(const Model& model, const Vector& momentum, const std::vector<RelativeVelocity>& velocities)
-      : model_(model), momentum_(momentum), velocities_(velocities) {}
+  VelocityLevel(const Model& model, const Instant& instant, const Vector& momentum,
+                const std::vector<RelativeVelocity>& velocities)
+      : model_(model), instant_(instant), momentum_(momentum), velocities_(velocities) {}
   bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) override;
   void differentiate(std::span<Reaction> reactions, std::vector<Coupling>& K) override;
 
  private:
   const Model& model_;
+  const Instant& instant_;
   const Vector& momentum_;
   const std::vector<RelativeVelocity>& velocities_;
 };

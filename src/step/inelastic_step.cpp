@@ -14,7 +14,7 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
   evaluate(model, x, s);
   if (!s.fault.empty()) return false;
   Vector nu_free;
-  solve_mass(model, s.k, nu_free);
+  solve_mass(model, s, s.k, nu_free);
   nu_free = x.nu + h * nu_free;
 
   Island island;
@@ -69,7 +69,7 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
     }
     impulse.setZero(model.nv());
     reduced.add_impulses(s, island, r, impulse, reactions);
-    solve_mass(model, impulse, moved.nu);
+    solve_mass(model, s, impulse, moved.nu);
     moved.nu += nu_free;
   }
   move(model, moved.nu, h, moved.q);

@@ -102,12 +102,12 @@ bool dense_round(const Model& model, const std::vector<Coupling>& K, const Vecto
 
 /// The same with M for K and Wᵀ for G, in the global form, which large systems can afford: it converges as fast as the
 /// step's geometry changes little.
-bool sparse_round(const Model& model, const Vector& R, FrictionOptions how, Rows& rows, Vector& nu,
-                  std::vector<Reaction>& reactions) {
+bool sparse_round(const Model& model, const Instant& instant, const Vector& R, FrictionOptions how,
+                  Rows& rows, Vector& nu, std::vector<Reaction>& reactions) {
   const Eigen::Index nv = model.nv();
   std::vector<Eigen::Triplet<double>> M, H, G;
   std::vector<Coupling> mass;
-  add_mass(model, mass);
+  add_mass(model, instant, mass);
   for (const Coupling& c : mass) {
     const Body& b = model.bodies()[at(c.row)];
     for (int i = 0; i < b.nv; ++i)
@@ -159,8 +159,9 @@ bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, c
     problem.differentiate(reactions, K_);
     Rows rows(reactions);
     if (rows.contacts == 0) return false;
-    const bool found = rows.contacts <= most_dense_rows ? dense_round(model, K_, R_, how, rows, nu, reactions)
-                                                        : sparse_round(model, R_, how, rows, nu, reactions);
+    const bool found = rows.contacts <= most_dense_rows
+                           ? dense_round(model, K_, R_, how, rows, nu, reactions)
+                           : sparse_round(model, *instant_, R_, how, rows, nu, reactions);
     if (!found) return false;
     ++outcome.iterations;
     outcome.solver = ipopt ? "ipopt" : "friction-chain";

@@ -17,11 +17,13 @@ void fill_column(const WrenchMap<C>& W, int column, double factor, int target, M
 }
 
 /// M^-1 of every column.
-void solve_mass_columns(const Model& model, const Matrix& F, Matrix& out) {
+void solve_mass_columns(const Model& model, const Instant& s, const Matrix& F, Matrix& out) {
   out.resize(F.rows(), F.cols());
   for (Eigen::Index j = 0; j < F.cols(); ++j)
-    for (const Body& body : model.bodies())
-      if (body.nv > 0) solve_mass(body, F.col(j).data() + body.v0, out.col(j).data() + body.v0);
+    for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
+      const Body& body = model.bodies()[at(i)];
+      if (body.nv > 0) solve_mass(model, s, i, F.col(j).data() + body.v0, out.col(j).data() + body.v0);
+    }
 }
 
 constexpr double uncertain =
@@ -75,10 +77,10 @@ std::string ModeDynamics::begin(const State& x, const Modes& modes, double small
   }
   begin_step(x);
   assemble(x);
-  solve_mass_columns(model_, R_, Y_);
+  solve_mass_columns(model_, s_, R_, Y_);
   V_ = range_basis(R_.transpose() * Y_);
   const Matrix R_position = R_(Eigen::all, position_rows_);
-  solve_mass_columns(model_, R_position, Y_);
+  solve_mass_columns(model_, s_, R_position, Y_);
   V_position_ = range_basis(R_position.transpose() * Y_);
   return "";
 }
@@ -193,7 +195,7 @@ bool ModeDynamics::evaluate(const State& x) {
   if (!x.q.allFinite() || !x.nu.allFinite() || !rows(x)) return false;
   biases_.evaluate(model_, x, s_, asked_);
   const int m = row_count();
-  solve_mass(model_, load_, free_);
+  solve_mass(model_, s_, load_, free_);
   if (m > 0) {
     bias_.resize(m);
     int row = 0;
@@ -210,7 +212,7 @@ bool ModeDynamics::evaluate(const State& x) {
       for (const int i : position_rows_)
         bias_[i] += stabilise * velocity_[i] + stabilise * stabilise * gap_[i];
     }
-    solve_mass_columns(model_, L_, Y_);
+    solve_mass_columns(model_, s_, L_, Y_);
     N_.noalias() = R_.transpose() * Y_;
     b_ = bias_;
     b_.noalias() += R_.transpose() * free_;
@@ -265,7 +267,7 @@ double ModeDynamics::project(State& x) {
   double left = violation();
   for (int iteration = 0; iteration < 8 && left > 0; ++iteration) {
     const Matrix R = R_(Eigen::all, position_rows_);
-    solve_mass_columns(model_, R, Y_);
+    solve_mass_columns(model_, s_, R, Y_);
     const Vector d = -(Y_ * solve_symmetric(R.transpose() * Y_, gap_(position_rows_)));
     const Vector before = x.q;
     move(model_, d, 1, x.q);
@@ -279,7 +281,7 @@ double ModeDynamics::project(State& x) {
     left = now;
   }
   for (int pass = 0; pass < 2; ++pass) {
-    solve_mass_columns(model_, R_, Y_);
+    solve_mass_columns(model_, s_, R_, Y_);
     x.nu -= Y_ * solve_symmetric(R_.transpose() * Y_, velocity_);
     assemble(x);
   }
@@ -290,7 +292,8 @@ void ModeDynamics::kinematic_map(const State& x, Vector& q_dot) const {
   q_dot.resize(x.q.size());
   for (const Body& b : model_.bodies()) {
     if (b.nv == 0) continue;
-    q_dot.segment<3>(b.q0) = x.nu.segment<3>(b.v0);
+    const int n = b.kind == BodyKind::Generalized ? b.nq : 3;
+    q_dot.segment(b.q0, n) = x.nu.segment(b.v0, n);
     if (b.kind != BodyKind::Spatial) continue;
     const auto q = x.q.segment<4>(b.q0 + 3);
     const auto w = x.nu.segment<3>(b.v0 + 3);

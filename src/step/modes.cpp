@@ -23,10 +23,10 @@ const ClosedContact* Modes::find(int point) const {
 Scales scales_of(const Model& model, const State& x, const Instant& instant) {
   Scales s{.length = 0};
   Vector free;
-  solve_mass(model, instant.k, free);
+  solve_mass(model, instant, instant.k, free);
   for (const Body& b : model.bodies()) {
     if (b.nv == 0) continue;
-    const int linear = b.kind == BodyKind::Planar ? 2 : 3;
+    const int linear = b.kind == BodyKind::Generalized ? b.nv : b.kind == BodyKind::Planar ? 2 : 3;
     s.length = std::max(s.length, x.q.segment(b.q0, linear).cwiseAbs().maxCoeff());
     s.speed = std::max(s.speed, x.nu.segment(b.v0, linear).cwiseAbs().maxCoeff());
     s.acceleration = std::max(s.acceleration, free.segment(b.v0, linear).cwiseAbs().maxCoeff());

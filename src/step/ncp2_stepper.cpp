@@ -13,9 +13,15 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// Loads without gyroscopic terms at (q, nu, t); `s` holds those of another nu. Absent springs and forces cost nothing.
+/// Whether loads but gyroscopic terms depend on velocities.
+bool loads_vary(const Model& model, const Instant& s) {
+  return !model.springs().empty() || !model.forces().empty() || !model.joint_springs().empty() ||
+         !model.motors().empty() || !s.masses.empty();
+}
+
+/// Loads without gyroscopic terms at (q, nu, t); `s` holds those of another nu. Where they do not vary they cost nothing.
 void loads_at(const Model& model, const Instant& s, State& at_nu, Instant& scratch, Vector& f) {
-  const bool constant = model.springs().empty() && model.forces().empty();
+  const bool constant = !loads_vary(model, s);
   if (!constant) evaluate_loads(model, at_nu, scratch);
   f = constant ? s.k : scratch.k;
   const Vector& nu = constant ? s.nu : at_nu.nu;
@@ -61,7 +67,7 @@ class FirstStage final : public StepProblem {
         end_(end),
         scratch_(scratch),
         geometry_(geometry) {
-    multiply_mass(model, x.nu, momentum_);
+    multiply_mass(model, start, x.nu, momentum_);
     half_ = x;
   }
 
@@ -76,7 +82,7 @@ class FirstStage final : public StepProblem {
     if (!end_.fault.empty()) return false;
     half_.nu = nu;
     loads_at(model_, start_, half_, scratch_, load_);
-    multiply_mass(model_, nu, R);
+    multiply_mass(model_, start_, nu, R);
     carry(model_, nu, -request_.h, R);
     R -= momentum_ + 0.5 * request_.h * load_;
     for (Reaction& r : reactions) place(nu, r);
@@ -88,7 +94,7 @@ class FirstStage final : public StepProblem {
     const Vector& nu = moved_.nu;
     const Motion motion(model_, nu, h);
     K.clear();
-    add_mass(model_, K);
+    add_mass(model_, start_, K);
     for (Coupling& c : K) {  // exp(a) (J - [J w]/2 h J_r(a)), a = h w/2
       const Body& b = model_.bodies()[at(c.row)];
       if (b.kind != BodyKind::Spatial) continue;
@@ -96,7 +102,7 @@ class FirstStage final : public StepProblem {
       c.value.bottomRightCorner<3, 3>() =
           rotation(a).toRotationMatrix() * (b.J - 0.5 * h * skew(b.J * w) * rotation_jacobian(a));
     }
-    if (!model_.springs().empty() || !model_.forces().empty()) {
+    if (loads_vary(model_, start_)) {
       differentiate_loads(model_, half_, scratch_, loads_);
       for (LoadDerivative& load : loads_) load.xi.setZero();
       std::erase_if(loads_, [&](const LoadDerivative& load) { return load.gyroscopic; });
@@ -277,8 +283,8 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
       tied.W.B.col(0) -= r.mu * (r.W.B * d);
       tied.p.tail<2>().setZero();
     }
-    VelocityLevel level(model, known, posed_velocities);
-    second_newton.solve(model, level, {.tolerance = tolerance}, nu, posed, second);
+    VelocityLevel level(model, end, known, posed_velocities);
+    second_newton.solve(model, end, level, {.tolerance = tolerance}, nu, posed, second);
     iterations += second.iterations;
     if (!second.converged) {  // with much friction the tied law need not have a solution
       bool tied = false;
@@ -324,7 +330,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
 
   // first stage
   w.last.prepare(model, s, x);
-  solve_mass(model, s.k, w.nu);
+  solve_mass(model, s, s.k, w.nu);
   w.nu = x.nu + 0.5 * h * w.nu;
   guess_rotations(model, s, x, h, w.nu);
   w.first.begin(model, s, x, h, 0.5 * h, w.last, w.nu);
@@ -332,7 +338,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   FirstStage problem(model, s, w.start.near(), x, request, w.end, w.scratch, w.geometry);
   const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
   do {
-    w.newton.solve(model, problem, how, w.nu, w.first.all, w.outcome);
+    w.newton.solve(model, s, problem, how, w.nu, w.first.all, w.outcome);
     report.iterations += w.outcome.iterations;
     report.solver = w.outcome.solver;
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
@@ -349,6 +355,11 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   loads_at(model, w.end, w.moved, w.scratch, w.load);
   problem.kick(w.first.all, w.kick);
   carry(model, half, 2 * h, w.kick);  // half of the turn before nu_½, half after
+  for (std::size_t i = 0; i < s.masses.size(); ++i) {
+    const Body& b = model.bodies()[at(s.masses[i].body)];
+    w.kick.segment(b.v0, b.nv) =
+        w.end.masses[i].M * (s.masses[i].inverse * w.kick.segment(b.v0, b.nv));  // of the same nu_½
+  }
   w.momentum = w.kick + 0.5 * h * w.load;
   w.nu = half;
   if (!w.solve_second(model, options_.tolerance, report.iterations))

@@ -35,7 +35,7 @@ class EndOfStep final : public StepProblem {
     if (!moved_.q.allFinite()) return false;
     perp::evaluate(model_, moved_, end_, &start_, near_);
     if (!end_.fault.empty()) return false;
-    multiply_mass(model_, nu - x_.nu, R);
+    multiply_mass(model_, end_, nu - x_.nu, R);
     R -= request_.h * end_.k;
     for (Reaction& r : reactions) place(nu, r);
     return true;
@@ -46,9 +46,13 @@ class EndOfStep final : public StepProblem {
     const double h = request_.h;
     const Motion motion(model_, nu, h);
     K.clear();
-    add_mass(model_, K);
+    add_mass(model_, end_, K);
     differentiate_loads(model_, moved_, end_, loads_);
     add_loads(loads_, h, h, motion, K);
+    if (!end_.masses.empty()) {
+      differentiate_mass(model_, moved_, nu - x_.nu, loads_);
+      add_loads(loads_, 0, -1, motion, K);
+    }
     active_.clear();
     for (const Reaction& r : reactions)
       if (const ContactInstant* c = contact_of(r, end_))
@@ -181,14 +185,14 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
 
   w.last.prepare(model, s, x);
-  solve_mass(model, s.k, w.nu);
+  solve_mass(model, s, s.k, w.nu);
   w.nu = x.nu + h * w.nu;
   w.step.begin(model, s, x, h, h, w.last, w.nu);
 
   EndOfStep problem(model, s, w.start.near(), x, request, options_.directions, w.end, w.geometry);
   const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
   do {
-    w.newton.solve(model, problem, how, w.nu, w.step.all, w.outcome);
+    w.newton.solve(model, s, problem, how, w.nu, w.step.all, w.outcome);
     report.iterations += w.outcome.iterations;
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
   } while (w.outcome.converged && w.step.add_overlapping(s, w.end));
@@ -231,10 +235,10 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     w.velocities.push_back({r.W, bias});
   }
   if (bounces) {
-    multiply_mass(model, x.nu, w.momentum);
+    multiply_mass(model, w.end, x.nu, w.momentum);
     w.momentum += h * w.end.k;
-    VelocityLevel level(model, w.momentum, w.velocities);
-    w.newton.solve(model, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
+    VelocityLevel level(model, w.end, w.momentum, w.velocities);
+    w.newton.solve(model, w.end, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
     report.iterations += w.rebound.iterations;
     if (!w.rebound.converged)
       return fail(StepStatus::Inexact,

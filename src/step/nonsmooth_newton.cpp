@@ -68,17 +68,17 @@ WrenchMap<3> three_columns(const WrenchMap<1>& W, int column) {
   return out;
 }
 
-double inverse_mass(const Model& model, const WrenchMap<3>& W, Law law) {
+double inverse_mass(const Model& model, const Instant& instant, const WrenchMap<3>& W, Law law) {
   const auto [first, rows] = rows_of(law);
   double trace = 0;
   Eigen::Matrix<double, 6, 1> y;
   for (int j = first; j < first + rows; ++j) {
     if (W.na > 0) {
-      solve_mass(model.bodies()[at(W.a)], W.A.col(j).data(), y.data());
+      solve_mass(model, instant, W.a, W.A.col(j).data(), y.data());
       trace += W.A.col(j).head(W.na).dot(y.head(W.na));
     }
     if (W.nb > 0) {
-      solve_mass(model.bodies()[at(W.b)], W.B.col(j).data(), y.data());
+      solve_mass(model, instant, W.b, W.B.col(j).data(), y.data());
       trace += W.B.col(j).head(W.nb).dot(y.head(W.nb));
     }
   }
@@ -180,13 +180,14 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     const Body& b = model.bodies()[i];
     if (b.nv == 0) continue;
     Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
-    solve_mass(b, R_.data() + b.v0, y.data());
+    solve_mass(model, *instant_, static_cast<int>(i), R_.data() + b.v0, y.data());
     const auto R = R_.segment(b.v0, b.nv);
     const double energy = R.dot(y.head(b.nv));
     Island& island = islands_[at(island_[i])];
     StepResiduals& e = island.residuals;
     island.merit += energy;
-    e.momentum = std::max(e.momentum, std::sqrt(std::abs(energy) / b.mass));
+    e.momentum = std::max(e.momentum, b.kind == BodyKind::Generalized ? y.cwiseAbs().maxCoeff()
+                                                                      : std::sqrt(std::abs(energy) / b.mass));
     e.impulse = std::max(e.impulse, R.cwiseAbs().maxCoeff());
     e.speed = std::max(e.speed, nu.segment(b.v0, b.nv).cwiseAbs().maxCoeff());
   }
@@ -262,7 +263,7 @@ bool NonsmoothNewton::direction(const Model& model, const std::vector<Reaction>&
 
 /// Norm of what the linearised equations miss [J].
 double NonsmoothNewton::linear_miss(const Model& model, const std::vector<Reaction>& reactions) {
-  solve_mass(model, first_miss_, scratch_);
+  solve_mass(model, *instant_, first_miss_, scratch_);
   double sum = first_miss_.dot(scratch_);
   for (std::size_t i = 0; i < reactions.size(); ++i) sum += reactions[i].w * second_miss_[i].squaredNorm();
   return std::sqrt(std::abs(sum));
@@ -426,12 +427,14 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
   return outcome.converged;
 }
 
-void NonsmoothNewton::solve(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
-                            std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProblem& problem,
+                            const Options& options, Vector& nu, std::vector<Reaction>& reactions,
+                            NewtonOutcome& outcome) {
+  instant_ = &instant;
   std::vector<double> history = std::move(outcome.history);
   outcome = {};
   outcome.history = std::move(history);
-  for (Reaction& r : reactions) r.w = inverse_mass(model, r.W, r.law);
+  for (Reaction& r : reactions) r.w = inverse_mass(model, instant, r.W, r.law);
   K_.clear();
   R_.resize(nu.size());
   const Vector start = nu;

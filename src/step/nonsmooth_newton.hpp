@@ -11,7 +11,8 @@ namespace perp {
 
 /// How well a guess satisfies (1), (2), as velocities.
 struct StepResiduals {
-  double momentum = 0;    ///< √(Rᵀ M^-1 R/m) of a body [m/s]
+  double momentum =
+      0;  ///< √(Rᵀ M^-1 R/m) of a body [m/s]; max |M^-1 R| of a generalized one [of its velocities]
   double impulse = 0;     ///< max |R - sum W p| [N s, N m s]
   double normal = 0;      ///< |w (p - projection)| of contacts, along n [m/s]
   double tangential = 0;  ///< and along t, o; of joint frictions [m/s, rad/s]
@@ -45,9 +46,10 @@ class NonsmoothNewton {
     int most = 40;             ///< iterations of Newton
   };
 
-  /// Solves for nu and the reactions' p, from their values on entry; leaves u and W at the answer.
-  void solve(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
-             std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  /// Solves for nu and the reactions' p, from their values on entry; leaves u and W at the answer. Residuals and merits are
+  /// measured by M of `instant`.
+  void solve(const Model& model, const Instant& instant, StepProblem& problem, const Options& options,
+             Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
 
  private:
   static constexpr std::size_t memory = 8;  // merits that the search may fall back on
@@ -86,7 +88,8 @@ class NonsmoothNewton {
                       Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   int root(int body);
 
-  Vector R_, dnu_, nu_, nu_best_;  // R_ of (1) with sum W p taken off
+  const Instant* instant_ = nullptr;  // of the solve in hand
+  Vector R_, dnu_, nu_, nu_best_;     // R_ of (1) with sum W p taken off
   std::vector<Coupling> K_;
   std::vector<Vector3> F_, dp_, p_, p_best_;
   std::vector<Matrix3> P_, inverse_;  // inverse_ = (I - P + eps P)^-1
@@ -109,6 +112,6 @@ class NonsmoothNewton {
 WrenchMap<3> three_columns(const WrenchMap<1>& W, int column);
 
 /// w of a reaction.
-double inverse_mass(const Model& model, const WrenchMap<3>& W, Law law);
+double inverse_mass(const Model& model, const Instant& instant, const WrenchMap<3>& W, Law law);
 
 }  // namespace perp

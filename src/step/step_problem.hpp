@@ -48,8 +48,8 @@ struct Coupling {
   Eigen::Matrix<double, 6, 6> value;
 };
 
-/// M on the diagonal.
-void add_mass(const Model& model, std::vector<Coupling>& K);
+/// M of the instant on the diagonal.
+void add_mass(const Model& model, const Instant& instant, std::vector<Coupling>& K);
 
 /// The equations, at a guess. Implemented once a method.
 class StepProblem {

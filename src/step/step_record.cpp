@@ -133,7 +133,7 @@ void record_joints(const Model& model, const Instant& start, const State& x, con
 double reach(const Model& model, const Instant& s, double h, double lever) {
   constexpr double spare = 1.25;
   Vector gained;
-  solve_mass(model, s.k, gained);
+  solve_mass(model, s, s.k, gained);
   double fastest = 0;
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];

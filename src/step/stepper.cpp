@@ -65,10 +65,6 @@ void Stepper::step(const Model& model, State& x, const StepRequest& request, Ste
     refuse("step", "h", request.h, "needs to be positive [s]");
   if (!(request.max_correction_speed >= 0))
     refuse("step", "max_correction_speed", request.max_correction_speed, "needs to be >= 0 [m/s]");
-  if (!takes_generalized())
-    for (const Body& b : model.bodies())
-      if (b.kind == BodyKind::Generalized)
-        refuse(name(), "body", b.name, "this method takes no generalized bodies; lcp does");
   model.check("step", x);
   StepRequest complete = request;
   if (std::isnan(request.t_end)) complete.t_end = x.t + request.h;

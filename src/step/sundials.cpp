@@ -297,9 +297,9 @@ class IdaIntegrator final : public Base {
     const Matrix &V = d_.basis(), &V_p = d_.position_basis();
     Vector force = d_.load(), shift(nv), acceleration;
     force += d_.L() * (V.size() > 0 ? Vector(V * lambda) : Vector(lambda));
-    solve_mass(model, force, acceleration);
+    solve_mass(model, d_.instant(), force, acceleration);
     const Matrix R_p = d_.R()(Eigen::all, d_.position_rows());
-    solve_mass(model, R_p * (V_p.size() > 0 ? Vector(V_p * mu) : Vector(mu)), shift);
+    solve_mass(model, d_.instant(), R_p * (V_p.size() > 0 ? Vector(V_p * mu) : Vector(mu)), shift);
     F.segment(nq, nv) = y_dot.segment(nq, nv) - acceleration;
     at_.nu += shift;
     d_.kinematic_map(at_, q_dot_);

@@ -58,7 +58,7 @@ TEST_CASE("the reduced system is (43)-(46) without forming A11", "[reduced_syste
   Matrix M(nv, nv), W_b(nv, nb), W_r(nv, 3 + 1 + 3 + 1);
   Vector column;
   for (int i = 0; i < nv; ++i) {
-    multiply_mass(model, Vector::Unit(nv, i), column);
+    multiply_mass(model, s, Vector::Unit(nv, i), column);
     M.col(i) = column;
   }
   for (int i = 0; i < nb; ++i) W_b.col(i) = dense(s.joint_rows[static_cast<std::size_t>(i)].W, nv);

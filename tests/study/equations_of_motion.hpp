@@ -123,7 +123,7 @@ inline Vector rate_of_q(const Model& model, const State& x) {
   Instant instant;
   evaluate(model, x, instant);
   Vector force(model.nv());
-  multiply_mass(model, acceleration, force);
+  multiply_mass(model, instant, acceleration, force);
   force -= instant.k;
 
   EquationsOfMotion result;

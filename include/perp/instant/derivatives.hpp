@@ -16,7 +16,8 @@ struct PairDerivative {
   Eigen::Matrix<double, C, 1> velocity_t;  ///< its explicit time derivative, prescribed bodies moving [m/s^2]
 };
 
-/// Contact c at the state x, impulse p along its n, t, o. `geometry` is that of its point, from Gap::differentiate.
+/// Contact c at the state x, impulse p along its n, t, o. `geometry` is that of its point, from Gap::differentiate; a generalized
+/// body's own gap needs none: its columns are differentiated here, by central differences of order 8.
 void differentiate(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                    const ContactDerivative& geometry, const Vector3& p, PairDerivative<3>& out);
 
@@ -50,9 +51,13 @@ struct LoadDerivative {
   bool gyroscopic = false;             ///< of -w x J w
 };
 
-/// Of all loads and gyroscopic terms: springs exactly, functions of one's own (add_force) by central differences. Several
-/// blocks may share row and column; out is cleared first.
+/// Of all loads and gyroscopic terms: springs exactly, functions of one's own (add_force, generalized bodies) by central
+/// differences. Several blocks may share row and column; out is cleared first.
 void differentiate_loads(const Model& model, const State& x, const Instant& instant,
                          std::vector<LoadDerivative>& out);
+
+/// The same of M(q) y, y fixed: blocks of generalized bodies, the only ones whose M moves.
+void differentiate_mass(const Model& model, const State& x, const Vector& y,
+                        std::vector<LoadDerivative>& out);
 
 }  // namespace perp

@@ -120,20 +120,16 @@ struct Instant {
 void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like = nullptr,
               const std::vector<int>* only = nullptr);
 
-/// The part of it that does not depend on joints and contacts: poses, twists, k. For other velocities at the same q.
+/// The part of it that does not depend on contacts: poses, twists, k, and the joints if k depends on them. For other velocities
+/// at the same q.
 void evaluate_loads(const Model& model, const State& x, Instant& instant);
 
-/// M^-1 f for a vector of the system's velocity space; M is block diagonal, and in nu's axes constant but for generalized bodies.
+/// M^-1 f for a vector of the system's velocity space; M is block diagonal, and in nu's axes constant but for generalized bodies,
+/// of which it is that of the instant.
 void solve_mass(const Model& model, const Instant& instant, const Vector& f, Vector& out);
 /// M nu.
 void multiply_mass(const Model& model, const Instant& instant, const Vector& nu, Vector& out);
 /// The part of the body of that index: f and out have its nv entries.
 void solve_mass(const Model& model, const Instant& instant, int body, const double* f, double* out);
-
-// The same of models without generalized bodies.
-void solve_mass(const Model& model, const Vector& f, Vector& out);
-void multiply_mass(const Model& model, const Vector& nu, Vector& out);
-/// One body's part of M^-1 f: f and out have its nv entries.
-void solve_mass(const Body& body, const double* f, double* out);
 
 }  // namespace perp

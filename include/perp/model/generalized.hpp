@@ -26,6 +26,8 @@ struct GeneralizedPoint {
   double gap_t = 0;      ///< explicit time derivative of the gap [m/s]
   double tangent_t = 0;  ///< and of the sliding velocity [m/s]
 };
+/// Smooth in (q, t): what its columns add to accelerations is found by central differences over 4e-3 of each coordinate's unit
+/// (and 4e-3 s); measure in units in which that is little. Where the point is not there all around, they count as constant.
 using GeneralizedGap = std::function<GeneralizedPoint(const Vector& q, double t)>;
 
 }  // namespace perp

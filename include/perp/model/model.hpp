@@ -71,7 +71,7 @@ class Model {
   BodyId add_particle(double mass, BodyOptions options = {});  ///< 3 velocities
   BodyId add_prescribed(PrescribedMotion motion, BodyOptions options = {});  ///< no unknowns
 
-  /// `n` coordinates, 1 to 6; q and nu start at zero. Methods: lcp, lcp-ap.
+  /// `n` coordinates, 1 to 6; q and nu start at zero.
   BodyId add_generalized(int n, GeneralizedSystem system, std::string name = {});
 
   ContactId add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options = {});

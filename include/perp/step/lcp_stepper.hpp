@@ -58,7 +58,6 @@ class LcpStepper : public Stepper {
   std::string_view name() const override { return options_.anitescu_potra ? "lcp-ap" : "lcp"; }
   int order() const override { return 1; }
   int edges() const override { return options_.edges; }
-  bool takes_generalized() const override { return true; }
   const LcpStepperOptions& options() const { return options_; }
 
   /// The LCP(F, f) of (39) of each island, in SI units, with z = (p_n, beta_u, beta_b, sigma_u, sigma_b): what a step from x

@@ -103,10 +103,9 @@ struct StepRequest {
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  virtual std::string_view name() const = 0;                ///< as in `perp run --method NAME`
-  virtual int order() const = 0;                            ///< in smooth motion
-  virtual int edges() const { return 0; }                   ///< of its friction polygon; 0: the circular cone
-  virtual bool takes_generalized() const { return false; }  ///< BodyKind::Generalized
+  virtual std::string_view name() const = 0;  ///< as in `perp run --method NAME`
+  virtual int order() const = 0;              ///< in smooth motion
+  virtual int edges() const { return 0; }     ///< of its friction polygon; 0: the circular cone
 
   /// One step from x. Strong guarantee: x moves only if the report says advanced().
   /// Throws std::invalid_argument unless h > 0 is finite and x fits the model.
