@@ -41,7 +41,9 @@ Scene woodpecker(Parameters& set) {
   touch("upper", r_M - r_0, {0, h_M, 0}, {1, r_M, 0}, 0);
   touch("lower", r_M - r_0, {0, -h_M, 0}, {1, r_M, 0}, 0);
   s.start = s.model.rest();
-  s.model.set_coordinates(s.start, bird, Vector3(0, -0.1036, -0.2788), Vector3(-0.3411, 0, -7.4583));
+  // the sleeve is wedged, its upper edge on the pole
+  s.model.set_coordinates(s.start, bird, Vector3(0, -(r_M - r_0) / h_M, -0.2788),
+                          Vector3(-0.3411, 0, -7.4583));
   return s;
 }
 
