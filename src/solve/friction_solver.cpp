@@ -38,7 +38,12 @@ class Chain {
   /// Newton from the best point.
   void newton_stage(int most) {
     attempt(
-        FrictionStage::Newton, [&](Iterate& point) { newton_from(point, {.most = most}); }, best);
+        FrictionStage::Newton,
+        [&](Iterate& point) {
+          newton_from(point, {.most = most});
+          sharpen(point);
+        },
+        best);
   }
 
   /// A few sweeps set the contacts' modes right where the start is another problem's answer; not counted.

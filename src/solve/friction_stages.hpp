@@ -35,13 +35,15 @@ struct Budget {
   bool spent() const { return (most > 0 && iterations >= most) || (out_of_time && out_of_time()); }
 };
 
-/// Semismooth Newton on r - p(r - rho u) = 0 with Alart and Curnier's p. W + eps I stands in the Jacobian only.
+/// Semismooth Newton on r - p(r - rho u) = 0 with Alart and Curnier's p. W + eps I stands in the Jacobian only, with
+/// eps = min(1e-2, regularisation * error), above the tolerance at least the least one: redundant contacts throw a
+/// smaller eps about.
 struct NewtonOptions {
-  int most = 12;                 ///< iterations
-  double rho = 1;                ///< in the scaled problem [-]
-  double regularisation = 1e-3;  ///< eps = min(1e-2, regularisation * error) [-]
-  bool fischer_burmeister =
-      false;  ///< solve FB(r, û) = 0 on the second-order cone instead, eps ~ sqrt(error)
+  int most = 12;   ///< iterations
+  double rho = 1;  ///< in the scaled problem [-]
+  double regularisation = 1e-3;
+  double least_regularisation = 1e-7;
+  bool fischer_burmeister = false;  ///< solve FB(r, û) = 0 on the cone instead, eps ~ sqrt(error)
 };
 
 /// Improves `best` from its r; goes on below `tolerance` while the error still falls by half.

@@ -58,7 +58,10 @@ void newton(const ContactSystem& system, const NewtonOptions& options, double to
     newton_on(map, eps, system, options.most, tolerance, budget, best);
   } else {
     AlartCurnierMap map{system, options.rho, {}, {}};
-    const auto eps = [&](double error) { return std::min(1e-2, options.regularisation * error); };
+    const auto eps = [&](double error) {
+      const double least = error > tolerance ? options.least_regularisation : 0;
+      return std::min(1e-2, std::max(least, options.regularisation * error));
+    };
     newton_on(map, eps, system, options.most, tolerance, budget, best);
   }
 }

@@ -74,7 +74,7 @@ Vector plain_newton(const FrictionProblem& problem) {
   best.r = Columns3::Zero(3, system.n);
   evaluate(system, best);
   Budget budget;
-  newton(system, {.most = 200, .regularisation = 0}, 1e-10, budget, best);
+  newton(system, {.most = 200, .regularisation = 0, .least_regularisation = 0}, 1e-10, budget, best);
   return system.reaction(best.r, problem.offsets());
 }
 
@@ -124,14 +124,17 @@ void print_warm_starts(const std::vector<std::string>& families, std::uint64_t s
       const FrictionProblem problem = friction_family(family, seed, i);
       const FrictionSolution before = solve_friction(problem, {.use_ipopt = false});
       if (!before.solved()) continue;
-      const FrictionSolution after = solve_friction(changed(problem, 0.01, static_cast<unsigned>(i)),
-                                                    {.start = before.r, .use_ipopt = false});
+      const FrictionProblem next = changed(problem, 0.01, static_cast<unsigned>(i));
+      const auto within = [&](int most) {
+        return solve_friction(next, {.start = before.r, .max_iterations = most, .use_ipopt = false}).solved();
+      };
+      const FrictionSolution after = solve_friction(next, {.start = before.r, .use_ipopt = false});
       ++run;
       unsolved += !after.solved();
       if (!after.solved() || after.stage > FrictionStage::Newton) continue;
       ++newton;
-      six += after.iterations <= 6;
-      four += after.iterations <= 4;
+      six += within(6);
+      four += within(4);
     }
     std::printf("%-16s %5d %12d %5d %5d %9d\n", family.c_str(), run, newton, six, four, unsolved);
   }

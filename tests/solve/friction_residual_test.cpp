@@ -42,6 +42,7 @@ TEST_CASE("the residual tells what rounding may hide in it when reactions are hu
   Vector r = Vector::Zero(6);
   r(0) = r(3) = 1;
   const FrictionResidual small = friction_residual(problem, r), huge = friction_residual(problem, 1e15 * r);
+  CHECK(small.round_off > 1e-17);
   CHECK(small.round_off < 1e-13);
   CHECK(huge.round_off == Approx(1e15 * small.round_off));
 }

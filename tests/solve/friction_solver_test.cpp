@@ -152,6 +152,11 @@ TEST_CASE("each stage alone answers and is named", "[friction]") {
   CHECK(s.stage == stage);
 }
 
+TEST_CASE("the proximal point method solves a cube's contacts within twenty of Newton's steps", "[friction]") {
+  const FrictionOptions options{.method = FrictionMethod::Proximal, .max_iterations = 20};
+  CHECK(solve_friction(cube_on_plane({3, 4, -10}, 0.2), options).solved());
+}
+
 TEST_CASE("where the stages before are held short Ipopt alone answers, and is named", "[friction]") {
   if (!has_ipopt()) return;
   const FrictionProblem problem = cube_on_plane({3, 4, -10}, 0.2);

@@ -80,6 +80,7 @@ TEST_CASE("Billups's trap at zero is left by a restart", "[ncp]") {
   };
   const NcpSolution s = solve_ncp(F, differences(F), Vector::Zero(1));
   check_solution(F, s);
+  CHECK(s.stage == "restart");
   CHECK(s.z(0) == Approx(1 + std::sqrt(1.01)).epsilon(1e-10));
 }
 

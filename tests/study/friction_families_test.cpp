@@ -43,6 +43,14 @@ TEST_CASE("a row of rods on which the homotopy stalls is solved by the proximal 
   CHECK(s.stage == FrictionStage::Proximal);
 }
 
+TEST_CASE("Newton's method alone solves nearly all of 40 towers and wedges in 60 iterations", "[families]") {
+  const FrictionOptions options{.method = FrictionMethod::Newton, .max_iterations = 60};
+  int solved = 0;
+  for (const char* family : {"kapla", "wedge"})
+    for (int i = 0; i < 20; ++i) solved += solve_friction(friction_family(family, 3, i), options).solved();
+  CHECK(solved >= 38);
+}
+
 TEST_CASE("an unknown family is refused with the known ones", "[families]") {
   CHECK_THROWS_WITH(friction_family("pyramid", 1, 0), Catch::Contains("pyramid") && Catch::Contains("kapla"));
 }
