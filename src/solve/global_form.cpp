@@ -9,7 +9,7 @@
 namespace perp {
 namespace {
 
-constexpr Eigen::Index largest_block = 12;  // bodies have 6 rows; larger blocks are left to the sparse LU
+constexpr Eigen::Index largest_block = 40;  // bodies have 6 rows; larger blocks are left to the sparse LU
 
 /// M^-1 block by block; empty if a block is large. Throws if one is singular.
 SparseMatrix block_inverse(const SparseMatrix& M) {
