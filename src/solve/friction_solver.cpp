@@ -56,7 +56,12 @@ class Chain {
     gauss_seidel(system_, sweeps, options_.tolerance, own, point);
     if (!std::isfinite(point.error)) return;
     attempt(
-        FrictionStage::Newton, [&](Iterate& x) { newton_from(x, {.most = 12}); }, point);
+        FrictionStage::Newton,
+        [&](Iterate& x) {
+          newton_from(x, {.most = 12});
+          if (x.error > options_.tolerance) newton_from(x, {.most = 25, .least_regularisation = 1e-6});
+        },
+        point);
   }
 
   /// One interior-point run, then the polish from its best point.
