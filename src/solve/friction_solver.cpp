@@ -140,8 +140,7 @@ class Chain {
   /// A few steps towards round-off where redundant contacts made Newton stall below the tolerance.
   void sharpen(Iterate& point) {
     constexpr double round_off = 1e-13;
-    if (point.error <= options_.tolerance && point.error > round_off)
-      newton_from(point, {.most = 5, .fischer_burmeister = true});
+    if (point.error <= options_.tolerance && point.error > round_off) newton_from(point, {.most = 5});
   }
 
   /// Four Newton methods in turn, until one reaches the tolerance.

@@ -36,8 +36,7 @@ struct Budget {
 };
 
 /// Semismooth Newton on r - p(r - rho u) = 0 with Alart and Curnier's p. W + eps I stands in the Jacobian only, with
-/// eps = min(1e-2, regularisation * error), above the tolerance at least the least one: redundant contacts throw a
-/// smaller eps about.
+/// eps = regularisation * error between the least one and 1e-2: with less redundant contacts are thrown about.
 struct NewtonOptions {
   int most = 12;   ///< iterations
   double rho = 1;  ///< in the scaled problem [-]

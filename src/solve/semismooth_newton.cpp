@@ -59,8 +59,7 @@ void newton(const ContactSystem& system, const NewtonOptions& options, double to
   } else {
     AlartCurnierMap map{system, options.rho, {}, {}};
     const auto eps = [&](double error) {
-      const double least = error > tolerance ? options.least_regularisation : 0;
-      return std::min(1e-2, std::max(least, options.regularisation * error));
+      return std::min(1e-2, std::max(options.least_regularisation, options.regularisation * error));
     };
     newton_on(map, eps, system, options.most, tolerance, budget, best);
   }
