@@ -57,3 +57,4 @@
 #include "perp/io/scene_file.hpp"
 #include "perp/io/study_files.hpp"
 #include "perp/io/study_folder.hpp"
+#include "perp/io/urdf.hpp"

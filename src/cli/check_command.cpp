@@ -69,6 +69,12 @@ void report_model(const Scene& scene, const Instant& now) {
               model.nv(), now.joint_rows.size(), rank);
 }
 
+/// What the file has that the scene does not.
+void report_unused(const Scene& scene) {
+  for (const std::string& what : scene.unused) std::printf("not used: %s\n", what.c_str());
+  if (!scene.unused.empty()) std::printf("%zu things of the file are not used\n", scene.unused.size());
+}
+
 /// What does not fit together at the start; returns how much.
 int report_start(const Scene& scene, const Instant& now) {
   const Model& model = scene.model;
@@ -136,7 +142,9 @@ void add_check_command(CLI::App& perp, int& status) {
   CLI::App* command =
       perp.add_subcommand("check", "Read a scene, say what is in it and whether its start is consistent");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("SCENE", arguments->scene, "a scene file, or a built-in scene (perp scenes)")
+  command
+      ->add_option("SCENE", arguments->scene,
+                   "a scene file, a robot (.urdf), or a built-in scene (perp scenes)")
       ->required();
   command->add_option("--set", arguments->set, "a parameter of the scene, repeatable")
       ->type_name("KEY=VALUE")
@@ -148,6 +156,7 @@ void add_check_command(CLI::App& perp, int& status) {
     evaluate(scene.model, scene.start, now);
     if (!now.fault.empty()) refuse("perp check", "the start", now.fault, "needs to be finite");
     report_model(scene, now);
+    report_unused(scene);
     const int found = report_start(scene, now);
     std::printf(found == 0 ? "the start is consistent\n" : "the start is not consistent; it can be run\n");
     if (found > 0) report_assembly(scene);

@@ -50,6 +50,8 @@ void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run
     evaluate(scene.model, run.front(), start);
     std::printf("%zu joint equations of rank %d\n", start.joint_rows.size(), joint_rank(scene.model, start));
   }
+  if (!scene.unused.empty())
+    std::printf("%zu things of the file are not used: perp check lists them\n", scene.unused.size());
   std::printf("wrote trajectory.csv, contacts.csv, joints.csv%s and report.csv to %s\n",
               run.between ? ", events.csv" : "", folder.c_str());
 }
@@ -105,7 +107,9 @@ int run_scene(const RunArguments& arguments) {
 void add_run_command(CLI::App& perp, int& status) {
   CLI::App* command = perp.add_subcommand("run", "Run a scene by a method and write its motion to files");
   const auto arguments = std::make_shared<RunArguments>();
-  command->add_option("SCENE", arguments->scene, "a scene file, or a built-in scene (perp scenes)")
+  command
+      ->add_option("SCENE", arguments->scene,
+                   "a scene file, a robot (.urdf), or a built-in scene (perp scenes)")
       ->required();
   command->add_option("--method", arguments->method, "a method (perp methods)")->required();
   command->add_option(

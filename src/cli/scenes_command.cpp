@@ -55,7 +55,8 @@ void add_scenes_command(CLI::App& perp, int& status) {
   CLI::App* command = perp.add_subcommand(
       "scenes", "List the built-in scenes: default end time and parameters; or print one as a scene file");
   const auto arguments = std::make_shared<Arguments>();
-  CLI::Option* name = command->add_option("SCENE", arguments->scene, "a built-in scene or a file");
+  CLI::Option* name =
+      command->add_option("SCENE", arguments->scene, "a built-in scene, a scene file or a robot (.urdf)");
   CLI::Option* toml =
       command->add_flag("--toml", arguments->toml, "print SCENE as a scene file")->needs(name);
   command->add_flag("--csv", arguments->csv, "as CSV: name,id,until,exact,methods,parameters")

@@ -114,7 +114,8 @@ void add_study_command(CLI::App& perp, int& status) {
   const auto arguments = std::make_shared<StudyArguments>();
   StudyRequest& request = arguments->request;
   StudyOptions& options = arguments->options;
-  command->add_option("SCENE", request.scenes, "built-in scenes (perp scenes) or scene files");
+  command->add_option("SCENE", request.scenes,
+                      "built-in scenes (perp scenes), scene files or robots (.urdf)");
   command->add_option("--methods", request.methods, "methods (perp methods)")
       ->delimiter(',')
       ->allow_extra_args(false)

@@ -13,6 +13,7 @@
 #include "io/scene_words.hpp"
 #include "io/units.hpp"
 #include "perp/core/errors.hpp"
+#include "perp/io/urdf.hpp"
 
 namespace perp {
 namespace {
@@ -104,24 +105,9 @@ class SceneReader {
       const double half = 0.5 * table.number("angle", Dimension::Angle);
       X.q = Quaternion(std::cos(half), 0, 0, std::sin(half));
     } else if (table.has("orientation")) {
-      X.q = orientation(table);
+      X.q = table.orientation();
     }
     return X;
-  }
-
-  Quaternion orientation(const SceneTable& table) const {
-    if (table.toml().find("orientation")->value.kind == TomlValue::Kind::Table) {
-      const SceneTable turn = table.table("orientation");
-      turn.allow({"axis", "angle"});
-      const Vector3 axis = turn.vector("axis", Dimension::None);
-      if (!(axis.norm() > 0)) turn.refuse("axis", "an axis of length 0", "needs a direction");
-      return rotation(turn.number("angle", Dimension::Angle) * axis.normalized());
-    }
-    const std::vector<double> q = table.numbers("orientation", 4, 4, Dimension::None);
-    const Quaternion wxyz(q[0], q[1], q[2], q[3]);
-    if (!(wxyz.norm() > 0))
-      table.refuse("orientation", "a quaternion of length 0", "needs w, x, y, z of a rotation");
-    return unit(wxyz);
   }
 
   Inertia inertia(const SceneTable& body) const {
@@ -303,7 +289,8 @@ Scene read_scene(std::string_view text, const std::string& file, const ScenePara
 Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
   const std::vector<std::string>& names = scene_names();
   if (std::find(names.begin(), names.end(), name_or_file) != names.end()) return scene(name_or_file, set);
-  const bool path = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml");
+  const bool urdf = name_or_file.ends_with(".urdf");
+  const bool path = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml") || urdf;
   std::error_code none;
   if (!path && !std::filesystem::exists(name_or_file, none))
     refuse("scene", "SCENE", name_or_file, "needs to be a file or " + one_of(names, name_or_file));
@@ -314,7 +301,7 @@ Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
     refuse_at(name_or_file, {}, std::to_string(size) + " bytes", "needs to have 100 MB at most");
   std::ostringstream text;
   if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
-  return read_scene(text.view(), name_or_file, set);
+  return urdf ? read_urdf(text.view(), name_or_file, set) : read_scene(text.view(), name_or_file, set);
 }
 
 }  // namespace perp

@@ -1,6 +1,7 @@
 #include "io/scene_gaps.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "io/scene_text.hpp"
 
@@ -91,10 +92,29 @@ const std::vector<GapKind>& kinds() {
   return all;
 }
 
+/// place_a, place_b: where a shape sits in its body.
+Pose read_place(const SceneTable& gap, std::string_view key) {
+  Pose X;
+  if (!gap.has(key)) return X;
+  const SceneTable table = gap.table(key);
+  table.allow({"position", "orientation"});
+  X.p = table.vector("position", Dimension::Length, X.p);
+  if (table.has("orientation")) X.q = table.orientation();
+  return X;
+}
+
+std::string write_place(const Pose& X) {
+  InlineTable table;
+  table.add("position", written(X.p));
+  const std::array wxyz{X.q.w(), X.q.x(), X.q.y(), X.q.z()};
+  table.add("orientation", written(wxyz));
+  return table.text();
+}
+
 }  // namespace
 
 Gap read_gap(const SceneTable& table) {
-  std::vector<std::string> names, keys{"kind"};
+  std::vector<std::string> names, keys{"kind", "place_a", "place_b"};
   for (const GapKind& kind : kinds()) names.push_back(kind.name);
   const GapKind& kind = kinds()[table.word("kind", names)];
   for (const Size& size : kind.sizes) keys.push_back(size.key);
@@ -111,7 +131,9 @@ Gap read_gap(const SceneTable& table) {
       x.insert(x.end(), v.begin(), v.end());
     }
   }
-  return table.placed([&] { return kind.make({x}); });
+  Gap gap = table.placed([&] { return kind.make({x}); });
+  if (!table.has("place_a") && !table.has("place_b")) return gap;
+  return placed(gap, read_place(table, "place_a"), read_place(table, "place_b"));
 }
 
 std::string write_gap(const Recipe& recipe) {
@@ -126,6 +148,8 @@ std::string write_gap(const Recipe& recipe) {
       table.add(size.key, written(numbers));
     at += size.numbers;
   }
+  for (std::size_t i = 0; i < recipe.places.size(); ++i)
+    table.add(i == 0 ? "place_a" : "place_b", write_place(recipe.places[i]));
   return table.text();
 }
 

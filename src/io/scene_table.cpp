@@ -197,4 +197,18 @@ BodyId SceneTable::body(std::string_view key) const {
   return {it->second};
 }
 
+Quaternion SceneTable::orientation() const {
+  if (value("orientation").kind == TomlValue::Kind::Table) {
+    const SceneTable turn = table("orientation");
+    turn.allow({"axis", "angle"});
+    const Vector3 axis = turn.vector("axis", Dimension::None);
+    if (!(axis.norm() > 0)) turn.refuse("axis", "an axis of length 0", "needs a direction");
+    return rotation(turn.number("angle", Dimension::Angle) * axis.normalized());
+  }
+  const std::vector<double> q = numbers("orientation", 4, 4, Dimension::None);
+  const Quaternion wxyz(q[0], q[1], q[2], q[3]);
+  if (!(wxyz.norm() > 0)) refuse("orientation", "a quaternion of length 0", "needs w, x, y, z of a rotation");
+  return unit(wxyz);
+}
+
 }  // namespace perp

@@ -73,6 +73,8 @@ class SceneTable {
   Expression expression(std::string_view key, const std::vector<std::string>& variables,
                         Dimension dimension) const;
   BodyId body(std::string_view key) const;
+  /// Of the key "orientation": a quaternion w, x, y, z, or { axis, angle }.
+  Quaternion orientation() const;
 
   /// A number, or a text that is a number with a unit or an expression in the parameters.
   double number(const TomlValue& value, Dimension dimension) const;

@@ -46,6 +46,12 @@ TEST_CASE("every built-in gap changes at the rate that its normal and point prom
       {"sphere_on_box, face", sphere_on_box(0.3, {1, 2, 3}), at(0.1, 0.2, 2)},
       {"sphere_on_box, edge", sphere_on_box(0.3, {1, 2, 3}), at(0.9, 1.5, 0.2)},
       {"sphere_on_box, corner", sphere_on_box(0.3, {1, 2, 3}), at(-0.9, 1.5, 2)},
+      {"ellipsoid_on_plane, placed",
+       placed(ellipsoid_on_plane({0.5, 0.3, 0.2}), at(0, 0, 0.3, {0.2, 0.1, 0}),
+              at(0.3, 0.1, 0.2, {0.4, 1, 0})),
+       at(0, 0, 1, {0.4, 0.3, 0.2})},
+      {"sphere_on_box, placed",
+       placed(sphere_on_box(0.3, {1, 2, 3}), at(0.2, 0, 0, {0, 0, 1}), at(0.3, 0.1, 0)), at(0.1, 0.2, 2)},
       {"disc_on_line", disc_on_line(0.4), at(0, 1, 0)},
       {"box_on_line", box_on_line(0.4, 0.6), at(0, 1, 0)},
   };
@@ -57,6 +63,20 @@ TEST_CASE("every built-in gap changes at the rate that its normal and point prom
     CAPTURE(check.rate_error, check.normal_length_error, check.time_error);
     CHECK(check.passed);
   }
+}
+
+TEST_CASE("a placed gap is the gap between shapes at their places", "[gaps]") {
+  const Gap gap = placed(sphere_on_sphere(0.5, 0.25), at(0, 2, 0), at(1, 0, 0));
+  const ContactPoint c =
+      points(gap, at(0, 0, 0, {0, 0, M_PI / 2}), at(3, 0, 0))[0];  // centres (-2, 0, 0), (4, 0, 0)
+  CHECK(c.gap == Approx(5.25));
+  CHECK((c.normal - Vector3::UnitX()).norm() < 1e-15);
+  CHECK((c.point - Vector3(3.75, 0, 0)).norm() < 1e-15);
+  CHECK(gap.lever_a() == 2);
+  CHECK(gap.lever_b() == 1);
+  CHECK(gap.recipe().known());
+  CHECK_FALSE(placed(gap, {}, {}).recipe().known());
+  CHECK_THROWS_AS(placed(gap, at(NAN, 0, 0), {}), std::invalid_argument);
 }
 
 TEST_CASE("gaps measure the distance along the normal from A to B", "[gaps]") {

@@ -9,8 +9,8 @@
 
 namespace perp {
 
-/// What SCENE means wherever perp asks for one: the built-in scene of that name, or the scene file of that path, with
-/// some of its parameters set. Throws std::invalid_argument: of a file as read_scene does, of a built-in scene as
+/// What SCENE means wherever perp asks for one: the built-in scene of that name, or the scene file or robot (.urdf) of
+/// that path, with some of its parameters set. Throws std::invalid_argument: of a file as read_scene or read_urdf does, of a built-in scene as
 /// scene() does.
 [[nodiscard]] Scene load_scene(const std::string& name_or_file, const SceneParameters& set = {});
 

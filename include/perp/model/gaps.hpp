@@ -49,6 +49,10 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 /// by alpha times the sliding speed); edges and side faces do not collide.
 [[nodiscard]] Gap box_on_box(const Vector3& size_a, const Vector3& size_b);
 
+/// `gap` between shapes that sit elsewhere in their bodies: A's at X_AS, B's at X_BS (in the body's axes), where `gap` has them at
+/// the origins. Refuses a place that is not finite.
+[[nodiscard]] Gap placed(const Gap& gap, const Pose& X_AS, const Pose& X_BS);
+
 // Planar: A's and B's z axes are the world's; normals lie in the xy plane.
 [[nodiscard]] Gap disc_on_line(double radius, const Plane& line = horizontal_line);
 [[nodiscard]] Gap ellipse_on_line(double a, double b,

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "perp/core/pose.hpp"
+
 namespace perp {
 
 /// A maker's name and what it was given: "sphere_on_plane" and radius, normal, point. Gaps, motions and forces carry one; it
@@ -13,6 +15,7 @@ struct Recipe {
   std::string_view maker;          ///< a literal: lives as long as the program
   std::vector<double> numbers;     ///< all arguments that are numbers, one after the other
   std::vector<std::string> texts;  ///< those that are expressions
+  std::vector<Pose> places = {};   ///< of a gap that was `placed`: where its shapes sit in A and in B
 
   bool known() const { return !maker.empty(); }
 };
