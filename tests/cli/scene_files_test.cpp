@@ -1,4 +1,5 @@
 // perp check, perp scenes --toml, and scene files given to perp run.
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "tests/cli/program.hpp"
@@ -82,3 +83,45 @@ TEST_CASE("a mistake in a scene file ends every command with status 2 and its pl
              Contains("did you mean mu?"));
   CHECK(run_perp(scratch, "check nothing").status == 2);
 }
+
+#ifdef PERP_HAS_URDFDOM
+
+TEST_CASE("a robot's file is run, checked, studied and printed as a scene file that runs to the same bytes",
+          "[check]") {
+  const Scratch scratch("robot");
+  const std::string robot = std::string(PERP_TEST_FOLDER) + "/../../examples/robots/arm.urdf";
+  const Outcome check = run_perp(scratch, "check " + robot + " --set q.shoulder=1.2");
+  CHECK(check.status == 0);
+  CHECK(check.err.empty());
+  CHECK_THAT(check.out,
+             Contains("body forearm: spatial, 1.4 kg") && Contains("joint shoulder: ground to upper_arm") &&
+                 Contains("not used: " + robot + ":12: effort in <limit> of joint 'shoulder'") &&
+                 Contains("6 things of the file are not used") && Contains("the start is consistent"));
+  const std::string rest = " --method lcp --step 0.01 --until 0.2 --out ", set = " --set q.shoulder=1.2 ";
+  const Outcome run = run_perp(scratch, "run " + robot + set + rest + (scratch / "a"));
+  CHECK(run.status == 0);
+  CHECK_THAT(run.out, Contains("6 things of the file are not used: perp check lists them"));
+  write(scratch / "arm.toml", run_perp(scratch, "scenes " + robot + set + " --toml").out);
+  REQUIRE(run_perp(scratch, "run " + (scratch / "arm.toml") + rest + (scratch / "b")).status == 0);
+  for (const char* file : {"/trajectory.csv", "/contacts.csv", "/joints.csv", "/report.csv"})
+    CHECK(contents((scratch / "a") + file) == contents((scratch / "b") + file));
+  CHECK(run_perp(scratch, "study " + robot + set +
+                              " --methods lcp,ncp2 --steps 0.02,0.01,0.005 --until 0.2 --out " +
+                              (scratch / "study"))
+            .status == 0);
+}
+
+TEST_CASE("a robot's file with a mistake ends with status 2 and one line that says where", "[check]") {
+  const Scratch scratch("bad-robot");
+  write(scratch / "bad.urdf",
+        "<robot name=\"r\">\n<link name=\"a\"/>\n<joint name=\"j\" type=\"fixed\">\n</joint></robot>\n");
+  const Outcome bad = run_perp(
+      scratch, "run " + (scratch / "bad.urdf") + " --method lcp --step 0.1 --out " + (scratch / "out"));
+  CHECK(bad.status == 2);
+  CHECK(bad.out.empty());
+  CHECK_THAT(bad.err, StartsWith("perp: " + (scratch / "bad.urdf") + ":3:1: "));
+  CHECK(std::count(bad.err.begin(), bad.err.end(), '\n') == 1);  // urdfdom prints nothing of its own
+  CHECK(run_perp(scratch, "check nothing.urdf").status == 2);
+}
+
+#endif
