@@ -26,7 +26,8 @@ struct Scene {
   State start;
   double t_end = 1;  ///< [s] default length of a run
   std::vector<SceneParameter> parameters;
-  std::vector<std::string> unused;  ///< what of the file that it was read from does not enter, and where it stands
+  std::vector<std::string>
+      unused;  ///< what of the file that it was read from does not enter, and where it stands
 
   /// The motion: a closed form, or the equations of motion in minimal coordinates integrated to round-off by means that share
   /// no code with the model. Empty where neither is known (or not for these parameters); q and nu are NaN at times past
