@@ -78,8 +78,11 @@ void EventDriven::advance(const Model& model, State& x, const StepRequest& reque
       same->p_n += c.p_n;
       same->impulse += c.impulse;
     }
-    for (std::size_t j = 0; j < report.joints.size() && j < row.joints.size(); ++j)
+    for (std::size_t j = 0; j < report.joints.size(); ++j) {
+      report.joints[j].impulse += row.joints[j].impulse;
+      report.joints[j].moment += row.joints[j].moment;
       report.joints[j].friction += row.joints[j].friction;
+    }
   }
   std::sort(report.contacts.begin(), report.contacts.end(),
             [](const ContactRow& a, const ContactRow& b) { return a.point < b.point; });

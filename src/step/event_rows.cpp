@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "step/step_record.hpp"
+
 namespace perp {
 namespace {
 
@@ -112,14 +114,21 @@ void EventRun::add_row(const EventSample& from, const EventSample& middle, const
                                .force = c.frame * to.force[i],
                                .mode = mode_in(modes_, model_, c.point)});
   }
+  begin_joints(model_, report);
+  for (std::size_t i = 0; i < instant.joint_rows.size(); ++i) {
+    const auto j = static_cast<Eigen::Index>(i);
+    const double f = mean([&](const EventSample& s) -> double { return s.joint_reaction[j]; });
+    add_joint_reaction(instant.joint_rows[i], report.h * f, report);
+  }
   for (std::size_t i = 0; i < instant.joint_frictions.size(); ++i) {
     const auto j = static_cast<Eigen::Index>(i);
-    report.joints.push_back(
-        {.joint = instant.joint_frictions[i].joint,
-         .friction = report.h * mean([&](const EventSample& s) -> double { return s.joint_force[j]; })});
+    const double f = mean([&](const EventSample& s) -> double { return s.joint_force[j]; });
+    add_joint_friction(instant.joint_frictions[i], report.h * f,
+                       modes_.joints[i] == 0 ? ContactMode::Stick : ContactMode::Slip, report);
     report.energy_friction +=
         report.h * mean([&](const EventSample& s) -> double { return s.joint_force[j] * s.joint_rate[j]; });
   }
+  end_joints(instant, to.x.nu, report);
   out_.add(to.x, report);
 }
 
@@ -143,6 +152,10 @@ void EventRun::add_jump_row() {
                                .force = c.frame * now_.force[i],
                                .mode = mode_in(modes_, model_, c.point)});
   }
+  begin_joints(model_, report);
+  for (std::size_t i = 0; i < instant.joint_rows.size() && jump_reactions_.size() > 0; ++i)
+    add_joint_reaction(instant.joint_rows[i], jump_reactions_[static_cast<Eigen::Index>(i)], report);
+  end_joints(instant, now_.x.nu, report);
   out_.add(now_.x, report);
   continuation_->stretches.push_back({out_.size() - 1, modes_, scales_.small_speed()});
 }

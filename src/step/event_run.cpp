@@ -180,6 +180,7 @@ bool EventRun::too_many_events() {
 bool EventRun::settle(const std::vector<Root>& triggers) {
   State& x = now_.x;
   jump_rows_.clear();
+  jump_reactions_.resize(0);
   jumped_.clear();
   jump_energy_ = jump_friction_ = 0;
   for (int attempt = 0; attempt < 10; ++attempt) {
@@ -309,6 +310,8 @@ bool EventRun::jump(bool jam) {
                                  : EventKind::Impact,
                          mode_in(modes_, model_, c.point)});
   }
+  if (jump_reactions_.size() == 0) jump_reactions_.setZero(impact.joint_reactions.size());
+  jump_reactions_ += impact.joint_reactions;
   jump_energy_ += impact.energy - friction;
   jump_friction_ += friction;
   x.nu = impact.nu;

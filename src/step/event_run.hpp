@@ -39,6 +39,7 @@ struct EventSample {
   Vector nu_dot;
   std::vector<Vector3> force, velocity;  ///< of each closed contact, along n, t, o
   Vector joint_force, joint_rate;        ///< of each joint friction
+  Vector joint_reaction;                 ///< of each joint equation
   Vector g, g_rate;                      ///< of the roots; the rate of Touch alone
 };
 
@@ -121,6 +122,7 @@ class EventRun {
   long evaluations_before_ = 0, feasibility_tests_ = 0;
 
   std::vector<ContactRow> jump_rows_;  // of the event in hand
+  Vector jump_reactions_;              // and of its joint equations; empty without a jump
   double jump_energy_ = 0, jump_friction_ = 0;
   struct Jumped {
     int point;

@@ -55,9 +55,10 @@ struct Touching {
   int normal_row(std::size_t i) const { return reduced.rows_of(static_cast<int>(i)); }
   const ContactInstant& contact(std::size_t i) const { return s.contacts[at(island.contacts[i])]; }
 
-  Vector velocity(const Model& model, const State& x, const Vector& r) const {
-    Vector impulse = Vector::Zero(model.nv()),
-           reactions = Vector::Zero(static_cast<Eigen::Index>(s.joint_rows.size())), change;
+  /// nu+, and the joints' reactions to r.
+  Vector velocity(const Model& model, const State& x, const Vector& r, Vector& reactions) const {
+    Vector impulse = Vector::Zero(model.nv()), change;
+    reactions.setZero(static_cast<Eigen::Index>(s.joint_rows.size()));
     reduced.add_impulses(s, island, r, impulse, reactions);
     solve_mass(model, s, impulse, change);
     return x.nu + change;
@@ -139,7 +140,7 @@ Impact solve_impact(const Model& model, const State& x, const ImpactOptions& opt
     if (!solution.solved()) return false;
     r = solution.r;
     impact.residual = solution.residual;
-    after.nu = touching.velocity(model, x, r);
+    after.nu = touching.velocity(model, x, r, impact.joint_reactions);
     impact.solved = after.nu.allFinite();
     return impact.solved;
   };
@@ -149,7 +150,7 @@ Impact solve_impact(const Model& model, const State& x, const ImpactOptions& opt
                   [&](int i) { return touching.s.contacts[at(i)].bias != Vector3::Zero(); });
   const auto dissipates = [&] { return rheonomic || model.kinetic_energy(after) <= before * (1 + 1e-12); };
   if (count == 0) {
-    after.nu = touching.velocity(model, x, r);
+    after.nu = touching.velocity(model, x, r, impact.joint_reactions);
     impact.solved = true;
     impact.residual = 0;
   } else if (options.without_collision) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "step/step_record.hpp"
+
 namespace perp {
 namespace {
 
@@ -168,17 +170,17 @@ bool slips(const Reaction& r, double speed) {
   return r.u.tail<2>().norm() > rounding * speed && r.p.tail<2>().norm() >= (1 - inside) * bound;
 }
 
-void report_reactions(const Instant& s, const std::vector<Reaction>& reactions, const Vector& before,
-                      const Vector& after, double speed, StepReport& report) {
+void report_reactions(const Model& model, const Instant& s, const std::vector<Reaction>& reactions,
+                      const Vector& before, const Vector& after, double speed, StepReport& report) {
   const Vector mean = 0.5 * (before + after);
-  std::size_t next_joint = 0;
+  if (report.joints.empty()) begin_joints(model, report);
   for (const Reaction& r : reactions) {
     if (r.of == Reaction::Of::JointFriction) {
       const JointRowInstant& joint = s.joint_frictions[at(r.source)];
       report.energy_friction += r.p.y() * joint.velocity(mean);
-      if (next_joint == report.joints.size()) report.joints.push_back({.joint = joint.joint, .friction = 0});
-      report.joints[next_joint++].friction += r.p.y();
+      add_joint_friction(joint, r.p.y(), slips(r, speed) ? ContactMode::Slip : ContactMode::Stick, report);
     }
+    if (r.of == Reaction::Of::JointRow) add_joint_reaction(s.joint_rows[at(r.source)], r.p.x(), report);
     const ContactInstant* c = contact_of(r, s);
     if (c == nullptr) continue;
     const Vector3 u = c->velocity(mean);
@@ -201,6 +203,7 @@ void report_end(const Model& model, const Instant& end, const State& moved, Step
   report.gap_min = end.gap_min();
   report.joint_error = end.joint_error();
   report.energy = model.energy(moved);
+  end_joints(end, moved.nu, report);
   for (ContactRow& row : report.contacts) {
     const int i = end.contact_of_point[at(row.point)];
     row.gap = i < 0 ? infinity : end.contacts[at(i)].psi_n;

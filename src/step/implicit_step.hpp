@@ -105,8 +105,8 @@ bool slips(const Reaction& r, double speed);
 
 /// Contact rows and joint impulses of the report, and the impulses' work over the change of velocity from `before` to `after`.
 /// Called once a stage; rows of one point add up.
-void report_reactions(const Instant& s, const std::vector<Reaction>& reactions, const Vector& before,
-                      const Vector& after, double speed, StepReport& report);
+void report_reactions(const Model& model, const Instant& s, const std::vector<Reaction>& reactions,
+                      const Vector& before, const Vector& after, double speed, StepReport& report);
 
 /// What is the same for all: gaps, joints, energy at the end, residuals.
 void report_end(const Model& model, const Instant& end, const State& moved, StepReport& report);

@@ -1,11 +1,13 @@
 #include "step/inelastic_step.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "perp/step/simulate.hpp"
+#include "step/step_record.hpp"
 
 namespace perp {
 
@@ -96,6 +98,17 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
                                            ? ContactMode::Stick
                                            : ContactMode::Slip});
   }
+  begin_joints(model, report);
+  for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
+    add_joint_reaction(s.joint_rows[i], reactions[static_cast<Eigen::Index>(i)], report);
+  for (std::size_t i = 0; i < s.joint_frictions.size(); ++i) {
+    const double p = r[reduced.friction_row(static_cast<int>(i))], most = h * s.joint_frictions[i].friction;
+    add_joint_friction(s.joint_frictions[i], p,
+                       std::abs(p) < most * (1 - 1e-9) ? ContactMode::Stick : ContactMode::Slip, report);
+  }
+  Instant end;
+  evaluate(model, moved, end);
+  end_joints(end, moved.nu, report);
   x = moved;
   return true;
 }

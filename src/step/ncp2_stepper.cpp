@@ -374,8 +374,8 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
                       .normal = std::max(e.normal, e2.normal),
                       .friction = std::max(e.tangential, e2.tangential)};
   evaluate(model, w.moved, w.end, &s, w.start.near());
-  report_reactions(s, w.first.all, x.nu, half, speed, report);
-  report_reactions(w.end, w.closed, half, w.nu, speed, report);
+  report_reactions(model, s, w.first.all, x.nu, half, speed, report);
+  report_reactions(model, w.end, w.closed, half, w.nu, speed, report);
   report_end(model, w.end, w.moved, report);
   report.status = StepStatus::Solved;
   keep_impulses(model, w.first.all, report, w.moved, w.last);

@@ -251,7 +251,8 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   State next = moved;
   next.nu = nu;
   if (bounces) evaluate(model, next, w.end, &s, w.start.near());
-  report_reactions(options_.directions == Directions::End ? w.end : s, *final, x.nu, nu, e.speed, report);
+  report_reactions(model, options_.directions == Directions::End ? w.end : s, *final, x.nu, nu, e.speed,
+                   report);
   report_end(model, w.end, next, report);
   report.status = StepStatus::Solved;
   keep_impulses(model, *final, report, next, w.last);

@@ -96,38 +96,65 @@ std::string open_joints(const Model& model, const Instant& now, double tolerance
 
 namespace {
 
+/// The rows of one joint in a report.
+std::span<JointImpulse> rows_of(int joint, StepReport& report) {
+  const auto [first, last] = std::ranges::equal_range(report.joints, joint, {}, &JointImpulse::joint);
+  return {first, last};
+}
+
 /// What the joints' equations and friction gave, and where their coordinates are now.
 void record_joints(const Model& model, const Instant& start, const State& x, const Answer& answer,
                    const Instant& end, StepReport& report) {
-  std::size_t row = 0, friction = 0;
-  for (int j = 0; j < static_cast<int>(model.joints().size()); ++j) {
-    JointImpulse joint{.joint = j};
-    for (; row < start.joint_rows.size() && start.joint_rows[row].joint == j; ++row) {
-      const double p = answer.reactions[static_cast<int>(row)];
-      joint.impulse += p * start.joint_rows[row].world.linear;
-      joint.moment += p * start.joint_rows[row].world.angular_b;
-    }
-    if (friction < start.joint_frictions.size() && start.joint_frictions[friction].joint == j) {
-      const JointRowInstant& along = start.joint_frictions[friction];
-      joint.friction = answer.joint_friction[static_cast<int>(friction++)];
-      const double rate = along.velocity(answer.nu);
-      report.energy_friction += joint.friction * 0.5 * (along.velocity(x.nu) + rate);
-      constexpr double rounding = 1e-10;  // of the speeds that enter the step: below it the joint is at rest
-      if (std::abs(rate) <= rounding * answer.speed_scale) joint.mode = ContactMode::Stick;
-    }
-    const int coordinates = static_cast<int>(model.joint({j}).coordinates.size());
-    for (int i = 0; i < coordinates; ++i) {
-      const JointRowInstant& now = end.coordinate({j}, i);
-      joint.coordinate = i;
-      joint.value = now.psi_b;
-      joint.rate = now.velocity(answer.nu);
-      report.joints.push_back(joint);
-    }
-    if (coordinates == 0) report.joints.push_back(joint);
+  begin_joints(model, report);
+  for (std::size_t i = 0; i < start.joint_rows.size(); ++i)
+    add_joint_reaction(start.joint_rows[i], answer.reactions[static_cast<int>(i)], report);
+  for (std::size_t i = 0; i < start.joint_frictions.size(); ++i) {
+    const JointRowInstant& along = start.joint_frictions[i];
+    const double p = answer.joint_friction[static_cast<int>(i)], rate = along.velocity(answer.nu);
+    report.energy_friction += p * 0.5 * (along.velocity(x.nu) + rate);
+    constexpr double rounding = 1e-10;  // of the speeds that enter the step: below it the joint is at rest
+    const bool rests = std::abs(rate) <= rounding * answer.speed_scale;
+    add_joint_friction(along, p, rests ? ContactMode::Stick : ContactMode::Slip, report);
   }
+  end_joints(end, answer.nu, report);
 }
 
 }  // namespace
+
+void begin_joints(const Model& model, StepReport& report) {
+  report.joints.clear();
+  report.joint_names = model.joint_names();
+  for (int j = 0; j < static_cast<int>(model.joints().size()); ++j) {
+    const int coordinates = static_cast<int>(model.joint({j}).coordinates.size());
+    for (int i = 0; i < coordinates; ++i) report.joints.push_back({.joint = j, .coordinate = i});
+    if (coordinates == 0) report.joints.push_back({.joint = j});
+  }
+}
+
+void add_joint_reaction(const JointRowInstant& row, double p, StepReport& report) {
+  for (JointImpulse& joint : rows_of(row.joint, report)) {
+    joint.impulse += p * row.world.linear;
+    joint.moment += p * row.world.angular_b;
+  }
+}
+
+void add_joint_friction(const JointRowInstant& along, double p, ContactMode mode, StepReport& report) {
+  for (JointImpulse& joint : rows_of(along.joint, report)) {
+    joint.friction += p;
+    joint.mode = mode;
+  }
+}
+
+void end_joints(const Instant& end, const Vector& nu, StepReport& report) {
+  for (JointImpulse& joint : report.joints) {
+    if (joint.coordinate < 0) continue;
+    const JointRowInstant& now = end.coordinate({joint.joint}, joint.coordinate);
+    joint.value = now.psi_b;
+    joint.rate = now.velocity(nu);
+  }
+}
+
+namespace {
 
 /// How far gaps may shrink in a step at the velocities at its start and those that loads alone give, with room to spare.
 double reach(const Model& model, const Instant& s, double h, double lever) {
@@ -143,6 +170,8 @@ double reach(const Model& model, const Instant& s, double h, double lever) {
   }
   return 2 * spare * h * fastest;
 }
+
+}  // namespace
 
 const Instant& StartInstant::at(const Model& model, const State& x, double h) {
   const bool known = revision_ == model.revision() && x.t == x_.t && x.q == x_.q && x.nu == x_.nu &&

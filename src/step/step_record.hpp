@@ -47,6 +47,12 @@ struct Answer {
   void clear(const Instant& instant, const Vector& nu_free);
 };
 
+// A report's rows of joints: one for each coordinate, what the joint does in each of its rows.
+void begin_joints(const Model& model, StepReport& report);  ///< without impulses
+void add_joint_reaction(const JointRowInstant& row, double p, StepReport& report);
+void add_joint_friction(const JointRowInstant& along, double p, ContactMode mode, StepReport& report);
+void end_joints(const Instant& end, const Vector& nu, StepReport& report);  ///< where the coordinates are
+
 /// How far q_end is from q ⊕ h nu [m, rad].
 double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,
                           const Vector& q_end);

@@ -165,5 +165,19 @@ TEST_CASE("perp run refuses what it cannot take with status 2 and a sentence tha
   refused("", "command");
 }
 
+TEST_CASE("joints.csv has a row a joint and step, whatever the method", "[run]") {
+  const Scratch scratch("joints");
+  for (const std::string method : {"lcp", "ncp", "ncp2", "event"}) {
+    CAPTURE(method);
+    const Outcome run = run_perp(scratch, "run friction-pendulum --method " + method +
+                                              " --step 0.01 --until 0.2 --out " + (scratch / method));
+    REQUIRE(run.status == 0);
+    auto rows = columns((scratch / method) + "/joints.csv");
+    CHECK(rows["t"].size() == columns((scratch / method) + "/report.csv")["t"].size());
+    CHECK(std::abs(std::stod(rows["coordinate"].back())) > 0.01);
+    CHECK(std::abs(std::stod(rows["friction"].back())) > 0);
+  }
+}
+
 }  // namespace
 }  // namespace perp

@@ -5,6 +5,7 @@
 
 #include "perp/instant/instant.hpp"
 #include "perp/step/lcp_stepper.hpp"
+#include "perp/step/methods.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/study/scene.hpp"
 
@@ -156,6 +157,36 @@ TEST_CASE("a driven joint follows its motion and says what that takes", "[joint]
   CHECK(model.coordinate(motion.back(), hinge) == Approx(1).epsilon(1e-12));
   const double moment = motion.report(999).joint("hinge").moment.z() / 1e-3;
   CHECK(moment == Approx(2 * (0.1 + 2 * 0.25) + 2 * 9.81 * 0.5 * std::cos(1)).epsilon(5e-3));
+}
+
+TEST_CASE("every method says where a joint is and what it gives", "[joint]") {
+  const std::string method = GENERATE("lcp", "ncp", "ncp-start", "ncp2", "event");
+  CAPTURE(method);
+  Model model;
+  const double c = 0.3, mass = 2, h = 1e-3;
+  const BodyId arm = model.add_body(Inertia::solid_box(mass, {0.6, 0.1, 0.2}), {.pose = {.p = {0.3, 0, 0}}});
+  model.add_joint(fixed(arm, model.add_body(Inertia::solid_sphere(1, 0.1), {.pose = {.p = {0.6, 0, 0}}}),
+                        {.name = "glue"}));
+  const JointId hinge =
+      model.add_joint(revolute(ground, arm, {.axis = {0, 1, 1}, .friction = c, .name = "hinge"}));
+  const std::unique_ptr<Stepper> stepper = make_stepper(method, {});
+  const double rounding = method == "event" ? 1e-6 : 1e-11;  // event integrates its forces
+  State x = model.rest();
+  for (int step = 0; step < 20; ++step) {
+    const State before = x;
+    const StepReport report = stepper->step(model, x, h);
+    REQUIRE(report.advanced());
+    REQUIRE(report.joints.size() == 2);
+    const JointImpulse j = report.joint("hinge"), glue = report.joint("glue");
+    CHECK(j.value == Approx(model.coordinate(x, hinge)).margin(1e-15));
+    CHECK(j.rate == Approx(model.coordinate_rate(x, hinge)).margin(1e-15));
+    CHECK(glue.coordinate == -1);
+    const Vector3 gained = model.momentum(x).linear - model.momentum(before).linear - 3 * h * model.gravity();
+    CHECK((j.impulse - gained).norm() < rounding);
+    CHECK(j.friction == Approx((j.rate > 0 ? -c : c) * h).epsilon(1e-9));
+    CHECK(j.mode == ContactMode::Slip);
+    CHECK(glue.impulse.norm() > 0.5 * h * 9.81);
+  }
 }
 
 TEST_CASE("a screw turns a weight's fall into spin, and gears share a moment by their ratio", "[joint]") {

@@ -34,6 +34,7 @@ struct Impact {
   bool solved = false;
   Vector nu;                            ///< nu+ (nv); nu- unless solved
   std::vector<ImpactContact> contacts;  ///< those that touch, in the model's order
+  Vector joint_reactions;               ///< of each joint equation of the instant [N s, N m s]
   double energy = 0;                    ///< change of kinetic energy [J]
   double residual = not_set;            ///< of the friction problem, relative [-]
 };
