@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/LU>
 
 #include "perp/solve/friction_solver.hpp"
 #include "solve/cone.hpp"
@@ -16,16 +15,16 @@ constexpr double steps_rho[] = {1, 0.1, 10};
 constexpr int maps = 3, patience = 6;  // iterations without half the residual before the map changes
 
 /// F = p - projection(p - rho u/w) and P.
-void alart_curnier(const Reaction& r, double rho, Vector3& F, Matrix3& P) {
-  const Vector3 z = r.p - rho / r.w * r.u;
+void alart_curnier(const Reaction& r, LinearizedReaction& row) {
+  const Vector3 z = r.p - row.rho / r.w * r.u;
   Vector3 projected;
   if (r.law == Law::Equality) {
     projected = {z.x(), 0, 0};
-    P = Vector3(1, 0, 0).asDiagonal();
+    row.P = Vector3(1, 0, 0).asDiagonal();
   } else {
-    alart_curnier_projection(kind_of(r.law), r.mu, z, projected, P);
+    alart_curnier_projection(kind_of(r.law), r.mu, z, projected, row.P);
   }
-  F = r.p - projected;
+  row.F = r.p - projected;
 }
 
 }  // namespace
@@ -88,9 +87,6 @@ double inverse_mass(const Model& model, const Instant& instant, const WrenchMap<
 std::size_t NonsmoothNewton::island_number(const Reaction& r) const {
   return at(island_[at(r.W.nb > 0 ? r.W.b : r.W.a)]);
 }
-double NonsmoothNewton::rho(const Reaction& r) const {
-  return r.law == Law::Equality ? 1 : steps_rho[islands_[island_number(r)].map];
-}
 
 int NonsmoothNewton::root(int body) {
   while (parent_[at(body)] != body) body = parent_[at(body)] = parent_[at(parent_[at(body)])];
@@ -117,34 +113,6 @@ void NonsmoothNewton::find_islands(const Model& model, const std::vector<Reactio
   islands_.assign(at(count), {});
 }
 
-/// The blocks' pattern: bodies that share a reaction or a coupling. Kept while it stays the same.
-void NonsmoothNewton::analyze(const Model& model, const std::vector<Reaction>& reactions) {
-  block_.assign(model.bodies().size(), -1);
-  int n = 0;
-  for (std::size_t i = 0; i < block_.size(); ++i)
-    if (model.bodies()[i].nv > 0) block_[i] = n++;
-  pairs_.clear();
-  const auto pair = [&](int a, int b) {
-    a = block_[at(a)], b = block_[at(b)];
-    if (a >= 0 && b >= 0 && a != b) pairs_.push_back({std::min(a, b), std::max(a, b)});
-  };
-  for (const Reaction& r : reactions) pair(r.W.a, r.W.b);
-  for (const Coupling& c : K_) pair(c.row, c.column);
-  std::sort(pairs_.begin(), pairs_.end());
-  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
-  if (lu_.analyzed() && pairs_ == analyzed_pairs_ && block_ == analyzed_blocks_) return;
-  std::vector<std::vector<int>> rows(at(n));
-  for (int i = 0; i < n; ++i) rows[at(i)].push_back(i);
-  for (const auto& [a, b] : pairs_) {
-    rows[at(a)].push_back(b);
-    rows[at(b)].push_back(a);
-  }
-  pattern_ = make_pattern(rows);
-  lu_.analyze(pattern_);
-  analyzed_pairs_ = pairs_;
-  analyzed_blocks_ = block_;
-}
-
 bool NonsmoothNewton::evaluate(const Model& model, StepProblem& problem, const Options& options,
                                const Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
   return problem.evaluate(nu, reactions, R_) && judge(model, options, nu, reactions, outcome);
@@ -157,15 +125,19 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     island.residuals = {};
     island.merit = 0;
   }
-  F_.resize(reactions.size());
-  P_.resize(reactions.size());
+  rows_.resize(reactions.size());
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
+    LinearizedReaction& row = rows_[i];
     r.W.add_impulse(-r.p, R_);
-    alart_curnier(r, 1, F_[i], P_[i]);
-    const Vector3 miss = r.w * F_[i].cwiseAbs();
+    row.rho = 1;
+    alart_curnier(r, row);
+    const Vector3 miss = r.w * row.F.cwiseAbs();
     Island& island = islands_[island_number(r)];
-    if (island.map > 0) alart_curnier(r, rho(r), F_[i], P_[i]);
+    if (island.map > 0 && r.law != Law::Equality) {
+      row.rho = steps_rho[island.map];
+      alart_curnier(r, row);
+    }
     StepResiduals& e = island.residuals;
     if (r.law == Law::Equality)
       e.joints = std::max(e.joints, std::abs(r.u.x()));
@@ -174,7 +146,7 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     e.tangential = std::max({e.tangential, miss.y(), miss.z()});
     e.speed = std::max(e.speed, r.w * r.p.cwiseAbs().maxCoeff());
     if (r.u.x() < Reaction::no_point) e.speed = std::max(e.speed, r.u.cwiseAbs().maxCoeff());
-    island.merit += r.w * F_[i].squaredNorm();
+    island.merit += r.w * row.F.squaredNorm();
   }
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];
@@ -211,106 +183,12 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
   return true;
 }
 
-/// dnu_, dp_ of the linearised equations, refined.
-bool NonsmoothNewton::direction(const Model& model, const std::vector<Reaction>& reactions) {
-  // eps of the equations, beside the relative residual; the factors have more, for 1/eps costs digits, and refinement mends it
-  constexpr double least = 1e-14, most = 1e-2, part = 1e-3, least_factored = 1e-8;
-  constexpr int most_refinements = 3;
-  const std::size_t n = reactions.size();
-  values_.assign(pattern_.column.size(), Matrix6::Zero());
-  for (const Coupling& c : K_) values_[at(pattern_.find(block_[at(c.row)], block_[at(c.column)]))] += c.value;
-  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
-    const Body& b = model.bodies()[i];
-    if (b.nv == 0) continue;
-    Matrix6& diagonal = values_[at(pattern_.find(block_[i], block_[i]))];
-    for (int k = b.nv; k < 6; ++k) diagonal(k, k) = 1;
-  }
-  inverse_.resize(n);
-  eps_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Reaction& r = reactions[i];
-    const StepResiduals& e = islands_[island_number(r)].residuals;
-    eps_[i] = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
-    inverse_[i] = (Matrix3::Identity() - (1 - std::max(eps_[i], least_factored)) * P_[i]).inverse();
-    const Reaction::Slope SG = inverse_[i] * P_[i] * (rho(r) / r.w) * r.G;
-    const std::array<int, 2> block{block_[at(r.W.a)], block_[at(r.W.b)]};
-    const auto add = [&](int row, const WrenchMap<3>::Block& W) {
-      if (row < 0) return;
-      if (block[0] >= 0) values_[at(pattern_.find(row, block[0]))] += W * SG.leftCols<6>();
-      if (block[1] >= 0) values_[at(pattern_.find(row, block[1]))] += W * SG.rightCols<6>();
-    };
-    add(block[0], r.W.A);
-    add(block[1], r.W.B);
-  }
-  lu_.clear();
-  for (std::size_t k = 0; k < values_.size(); ++k) lu_.set(static_cast<int>(k), values_[k]);
-  if (!lu_.factor()) return false;
-
-  dnu_.setZero(R_.size());
-  dp_.assign(n, Vector3::Zero());
-  first_miss_ = -R_;
-  second_miss_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) second_miss_[i] = -F_[i];
-  const double size = linear_miss(model, reactions);
-  for (int refinements = 0;; ++refinements) {
-    correct(model, reactions);
-    subtract(model, reactions);
-    const double miss = linear_miss(model, reactions);
-    if (!std::isfinite(miss)) return false;
-    if (miss <= 1e-13 * size || refinements == most_refinements) return true;
-  }
-}
-
-/// Norm of what the linearised equations miss [J].
-double NonsmoothNewton::linear_miss(const Model& model, const std::vector<Reaction>& reactions) {
-  solve_mass(model, *instant_, first_miss_, scratch_);
-  double sum = first_miss_.dot(scratch_);
-  for (std::size_t i = 0; i < reactions.size(); ++i) sum += reactions[i].w * second_miss_[i].squaredNorm();
-  return std::sqrt(std::abs(sum));
-}
-
-/// Adds to dnu_, dp_ what the factors say of the misses.
-void NonsmoothNewton::correct(const Model& model, const std::vector<Reaction>& reactions) {
-  rhs_.setZero(6, pattern_.size());
-  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
-    const Body& b = model.bodies()[i];
-    if (b.nv > 0) rhs_.col(block_[i]).head(b.nv) = first_miss_.segment(b.v0, b.nv);
-  }
+/// eps of each reaction: it falls with its island's residual, relative to the speeds there, to rounding.
+void NonsmoothNewton::regularise(const std::vector<Reaction>& reactions) {
+  constexpr double least = 1e-14, most = 1e-2, part = 1e-3;
   for (std::size_t i = 0; i < reactions.size(); ++i) {
-    const Reaction& r = reactions[i];
-    const Vector3 known = inverse_[i] * second_miss_[i];
-    if (r.W.na > 0) rhs_.col(block_[at(r.W.a)]) += r.W.A * known;
-    if (r.W.nb > 0) rhs_.col(block_[at(r.W.b)]) += r.W.B * known;
-  }
-  lu_.solve(rhs_);
-  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
-    const Body& b = model.bodies()[i];
-    if (b.nv > 0) dnu_.segment(b.v0, b.nv) += rhs_.col(block_[i]).head(b.nv);
-  }
-  for (std::size_t i = 0; i < reactions.size(); ++i) {
-    const Reaction& r = reactions[i];
-    Vector3 du = Vector3::Zero();
-    if (r.W.na > 0) du += r.G.leftCols<6>() * rhs_.col(block_[at(r.W.a)]);
-    if (r.W.nb > 0) du += r.G.rightCols<6>() * rhs_.col(block_[at(r.W.b)]);
-    dp_[i] += inverse_[i] * (second_miss_[i] - P_[i] * du * (rho(r) / r.w));
-  }
-}
-
-/// What dnu_, dp_ leave of the linearised equations.
-void NonsmoothNewton::subtract(const Model& model, const std::vector<Reaction>& reactions) {
-  first_miss_ = -R_;
-  for (const Coupling& c : K_) {
-    const Body &row = model.bodies()[at(c.row)], &column = model.bodies()[at(c.column)];
-    first_miss_.segment(row.v0, row.nv) -=
-        c.value.topLeftCorner(row.nv, column.nv) * dnu_.segment(column.v0, column.nv);
-  }
-  for (std::size_t i = 0; i < reactions.size(); ++i) {
-    const Reaction& r = reactions[i];
-    r.W.add_impulse(dp_[i], first_miss_);
-    Vector3 du = Vector3::Zero();
-    for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * dnu_[r.W.va + k];
-    for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * dnu_[r.W.vb + k];
-    second_miss_[i] = -F_[i] - dp_[i] + P_[i] * ((1 - eps_[i]) * dp_[i] - du * (rho(r) / r.w));
+    const StepResiduals& e = islands_[island_number(reactions[i])].residuals;
+    rows_[i].eps = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
   }
 }
 
@@ -333,11 +211,11 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
       const Body& b = model.bodies()[i];
       if (b.nv > 0)
         nu.segment(b.v0, b.nv) =
-            nu_.segment(b.v0, b.nv) + islands_[at(island_[i])].t * dnu_.segment(b.v0, b.nv);
+            nu_.segment(b.v0, b.nv) + islands_[at(island_[i])].t * linearized_.dnu.segment(b.v0, b.nv);
     }
     for (std::size_t i = 0; i < reactions.size(); ++i) {
       Reaction& r = reactions[i];
-      r.p = p_[i] + islands_[island_number(r)].t * dp_[i];
+      r.p = p_[i] + islands_[island_number(r)].t * linearized_.dp[i];
     }
     const bool finite = evaluate(model, problem, options, nu, reactions, outcome);
     bool enough = true;
@@ -408,8 +286,8 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
         }))
       break;
     if (k > 0 || outcome.iterations > 0) problem.differentiate(reactions, K_);
-    analyze(model, reactions);
-    if (!direction(model, reactions) ||
+    regularise(reactions);
+    if (!linearized_.solve(model, *instant_, K_, reactions, rows_, R_) ||
         !search(model, problem, options, static_cast<std::size_t>(k), nu, reactions, outcome))
       break;
     ++outcome.iterations;

@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "solve/block_lu.hpp"
+#include "step/linearized_step.hpp"
 #include "step/step_problem.hpp"
 
 namespace perp {
@@ -29,10 +29,8 @@ struct NewtonOutcome {
   std::vector<double> history;  ///< residuals.largest() before each iteration of Newton, and after the last
 };
 
-/// Alart and Curnier's map with the bodies' velocities as unknowns: each reaction's linearisation
-///   (I - P + eps P) dp + rho P/w G dnu = -F,     F = p - projection(p - rho u/w),  P its generalised Jacobian
-/// is solved for dp, which leaves a system of 6x6 blocks over the bodies, as sparse as the graph of contacts. eps makes
-/// redundant reactions regular; it falls with the residual to rounding, and F, R never have it. The search is nonmonotone on an
+/// Alart and Curnier's map F = p - projection(p - rho u/w) with the bodies' velocities as unknowns, linearised and solved by
+/// LinearizedStep; eps there falls with the residual to rounding. The search is nonmonotone on an
 /// energy, apart for each island (bodies tied by reactions or couplings); an island that stalls goes on from its best guess with
 /// another rho. Residuals are those of rho = 1.
 ///
@@ -64,22 +62,16 @@ class NonsmoothNewton {
     double best = infinity;  // residual met, and how many iterations have not halved it
     int stalled = 0;
   };
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
   void find_islands(const Model& model, const std::vector<Reaction>& reactions);
-  void analyze(const Model& model, const std::vector<Reaction>& reactions);
   bool evaluate(const Model& model, StepProblem& problem, const Options& options, const Vector& nu,
                 std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool judge(const Model& model, const Options& options, const Vector& nu,
              const std::vector<Reaction>& reactions, NewtonOutcome& outcome);
-  bool direction(const Model& model, const std::vector<Reaction>& reactions);
-  double rho(const Reaction& r) const;
+  void regularise(const std::vector<Reaction>& reactions);
   std::size_t island_number(const Reaction& r) const;
   void keep_best(const Model& model, const Vector& nu, const std::vector<Reaction>& reactions);
   bool change_maps(const Model& model, Vector& nu, std::vector<Reaction>& reactions);
-  double linear_miss(const Model& model, const std::vector<Reaction>& reactions);
-  void correct(const Model& model, const std::vector<Reaction>& reactions);
-  void subtract(const Model& model, const std::vector<Reaction>& reactions);
   bool search(const Model& model, StepProblem& problem, const Options& options, std::size_t iteration,
               Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool newton(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
@@ -89,23 +81,14 @@ class NonsmoothNewton {
   int root(int body);
 
   const Instant* instant_ = nullptr;  // of the solve in hand
-  Vector R_, dnu_, nu_, nu_best_;     // R_ of (1) with sum W p taken off
+  Vector R_, nu_, nu_best_;           // R_ of (1) with sum W p taken off
+  std::vector<Vector3> p_, p_best_;
   std::vector<Coupling> K_;
-  std::vector<Vector3> F_, dp_, p_, p_best_;
-  std::vector<Matrix3> P_, inverse_;  // inverse_ = (I - P + eps P)^-1
-  std::vector<double> eps_;
-  Vector first_miss_, scratch_;  // of the linearised equations
-  std::vector<Vector3> second_miss_;
+  std::vector<LinearizedReaction> rows_;
+  LinearizedStep linearized_;
   std::vector<Island> islands_;
   std::vector<char> improved_;        // islands that a pass is about
   std::vector<int> parent_, island_;  // of bodies
-  std::vector<int> block_;            // of bodies: row of blocks, -1 without velocities
-  std::vector<std::array<int, 2>> pairs_, analyzed_pairs_;
-  std::vector<int> analyzed_blocks_;
-  BlockLu<6> lu_;
-  BlockPattern pattern_;
-  std::vector<Matrix6> values_;
-  Eigen::Matrix<double, 6, Eigen::Dynamic> rhs_;
 };
 
 /// A joint row's W as one column of three.

@@ -1,0 +1,157 @@
+#include "step/linearized_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <Eigen/LU>
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+/// The blocks' pattern: bodies that share a reaction or a coupling. Kept while it stays the same.
+void LinearizedStep::analyze(const Model& model, const std::vector<Coupling>& K,
+                             const std::vector<Reaction>& reactions) {
+  block_.assign(model.bodies().size(), -1);
+  int n = 0;
+  for (std::size_t i = 0; i < block_.size(); ++i)
+    if (model.bodies()[i].nv > 0) block_[i] = n++;
+  pairs_.clear();
+  const auto pair = [&](int a, int b) {
+    a = block_[at(a)], b = block_[at(b)];
+    if (a >= 0 && b >= 0 && a != b) pairs_.push_back({std::min(a, b), std::max(a, b)});
+  };
+  for (const Reaction& r : reactions) pair(r.W.a, r.W.b);
+  for (const Coupling& c : K) pair(c.row, c.column);
+  std::sort(pairs_.begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  if (lu_.analyzed() && pairs_ == analyzed_pairs_ && block_ == analyzed_blocks_) return;
+  std::vector<std::vector<int>> rows(at(n));
+  for (int i = 0; i < n; ++i) rows[at(i)].push_back(i);
+  for (const auto& [a, b] : pairs_) {
+    rows[at(a)].push_back(b);
+    rows[at(b)].push_back(a);
+  }
+  pattern_ = make_pattern(rows);
+  lu_.analyze(pattern_);
+  analyzed_pairs_ = pairs_;
+  analyzed_blocks_ = block_;
+}
+
+bool LinearizedStep::factor(const Model& model, const std::vector<Coupling>& K,
+                            const std::vector<Reaction>& reactions,
+                            const std::vector<LinearizedReaction>& rows) {
+  // of eps in the factors alone: a smaller one costs them digits, and refinement mends what it misses
+  constexpr double least_factored = 1e-8;
+  const std::size_t n = reactions.size();
+  values_.assign(pattern_.column.size(), Matrix6::Zero());
+  for (const Coupling& c : K) values_[at(pattern_.find(block_[at(c.row)], block_[at(c.column)]))] += c.value;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv == 0) continue;
+    Matrix6& diagonal = values_[at(pattern_.find(block_[i], block_[i]))];
+    for (int k = b.nv; k < 6; ++k) diagonal(k, k) = 1;
+  }
+  inverse_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Reaction& r = reactions[i];
+    const LinearizedReaction& law = rows[i];
+    inverse_[i] = (Matrix3::Identity() - (1 - std::max(law.eps, least_factored)) * law.P).inverse();
+    const Reaction::Slope SG = inverse_[i] * law.P * (law.rho / r.w) * r.G;
+    const std::array<int, 2> block{block_[at(r.W.a)], block_[at(r.W.b)]};
+    const auto add = [&](int row, const WrenchMap<3>::Block& W) {
+      if (row < 0) return;
+      if (block[0] >= 0) values_[at(pattern_.find(row, block[0]))] += W * SG.leftCols<6>();
+      if (block[1] >= 0) values_[at(pattern_.find(row, block[1]))] += W * SG.rightCols<6>();
+    };
+    add(block[0], r.W.A);
+    add(block[1], r.W.B);
+  }
+  lu_.clear();
+  for (std::size_t k = 0; k < values_.size(); ++k) lu_.set(static_cast<int>(k), values_[k]);
+  return lu_.factor();
+}
+
+bool LinearizedStep::solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
+                           const std::vector<Reaction>& reactions,
+                           const std::vector<LinearizedReaction>& rows, const Vector& R) {
+  constexpr int most_refinements = 3;
+  analyze(model, K, reactions);
+  if (!factor(model, K, reactions, rows)) return false;
+  const std::size_t n = reactions.size();
+  dnu.setZero(R.size());
+  dp.assign(n, Vector3::Zero());
+  first_miss_ = -R;
+  second_miss_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) second_miss_[i] = -rows[i].F;
+  const double size = miss(model, instant, reactions);
+  for (int refinements = 0;; ++refinements) {
+    correct(model, reactions, rows);
+    subtract(model, K, reactions, rows, R);
+    const double now = miss(model, instant, reactions);
+    if (!std::isfinite(now)) return false;
+    if (now <= 1e-13 * size || refinements == most_refinements) return true;
+  }
+}
+
+/// Norm of what the linearised equations miss [J].
+double LinearizedStep::miss(const Model& model, const Instant& instant,
+                            const std::vector<Reaction>& reactions) {
+  solve_mass(model, instant, first_miss_, scratch_);
+  double sum = first_miss_.dot(scratch_);
+  for (std::size_t i = 0; i < reactions.size(); ++i) sum += reactions[i].w * second_miss_[i].squaredNorm();
+  return std::sqrt(std::abs(sum));
+}
+
+/// Adds to dnu, dp what the factors say of the misses.
+void LinearizedStep::correct(const Model& model, const std::vector<Reaction>& reactions,
+                             const std::vector<LinearizedReaction>& rows) {
+  rhs_.setZero(6, pattern_.size());
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv > 0) rhs_.col(block_[i]).head(b.nv) = first_miss_.segment(b.v0, b.nv);
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    const Vector3 known = inverse_[i] * second_miss_[i];
+    if (r.W.na > 0) rhs_.col(block_[at(r.W.a)]) += r.W.A * known;
+    if (r.W.nb > 0) rhs_.col(block_[at(r.W.b)]) += r.W.B * known;
+  }
+  lu_.solve(rhs_);
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv > 0) dnu.segment(b.v0, b.nv) += rhs_.col(block_[i]).head(b.nv);
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    Vector3 du = Vector3::Zero();
+    if (r.W.na > 0) du += r.G.leftCols<6>() * rhs_.col(block_[at(r.W.a)]);
+    if (r.W.nb > 0) du += r.G.rightCols<6>() * rhs_.col(block_[at(r.W.b)]);
+    dp[i] += inverse_[i] * (second_miss_[i] - rows[i].P * du * (rows[i].rho / r.w));
+  }
+}
+
+/// What dnu, dp leave of the linearised equations.
+void LinearizedStep::subtract(const Model& model, const std::vector<Coupling>& K,
+                              const std::vector<Reaction>& reactions,
+                              const std::vector<LinearizedReaction>& rows, const Vector& R) {
+  first_miss_ = -R;
+  for (const Coupling& c : K) {
+    const Body &row = model.bodies()[at(c.row)], &column = model.bodies()[at(c.column)];
+    first_miss_.segment(row.v0, row.nv) -=
+        c.value.topLeftCorner(row.nv, column.nv) * dnu.segment(column.v0, column.nv);
+  }
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    const LinearizedReaction& row = rows[i];
+    r.W.add_impulse(dp[i], first_miss_);
+    Vector3 du = Vector3::Zero();
+    for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * dnu[r.W.va + k];
+    for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * dnu[r.W.vb + k];
+    second_miss_[i] = -row.F - dp[i] + row.P * ((1 - row.eps) * dp[i] - du * (row.rho / r.w));
+  }
+}
+
+}  // namespace perp

@@ -1,0 +1,58 @@
+// The linear system of a Newton iteration on a step's equations.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "solve/block_lu.hpp"
+#include "step/step_problem.hpp"
+
+namespace perp {
+
+/// A reaction's law F = p - projection(p - rho u/w) = 0, linearised.
+struct LinearizedReaction {
+  Vector3 F;
+  Matrix3 P;       ///< generalised Jacobian of the projection
+  double rho = 1;  ///< [-]
+  double eps = 0;  ///< regularisation [-]
+};
+
+/// Solves
+///   K dnu - sum W dp = -R,     (I - P + eps P) dp + rho P/w G dnu = -F   for every reaction
+/// for dp first, which leaves a system of 6x6 blocks over the bodies, as sparse as the graph of contacts and couplings. eps makes
+/// redundant reactions regular.
+class LinearizedStep {
+ public:
+  Vector dnu;
+  std::vector<Vector3> dp;
+
+  /// dnu, dp; `R` is without the reactions' impulses, misses are measured by M of `instant`. False if the system is singular.
+  bool solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
+             const std::vector<Reaction>& reactions, const std::vector<LinearizedReaction>& rows,
+             const Vector& R);
+
+ private:
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+  void analyze(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions);
+  bool factor(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
+              const std::vector<LinearizedReaction>& rows);
+  double miss(const Model& model, const Instant& instant, const std::vector<Reaction>& reactions);
+  void correct(const Model& model, const std::vector<Reaction>& reactions,
+               const std::vector<LinearizedReaction>& rows);
+  void subtract(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
+                const std::vector<LinearizedReaction>& rows, const Vector& R);
+
+  Vector first_miss_, scratch_;  // of the two equations
+  std::vector<Vector3> second_miss_;
+  std::vector<Matrix3> inverse_;  // (I - P + eps P)^-1
+  std::vector<int> block_;        // of bodies: row of blocks, -1 without velocities
+  std::vector<std::array<int, 2>> pairs_, analyzed_pairs_;
+  std::vector<int> analyzed_blocks_;
+  BlockLu<6> lu_;
+  BlockPattern pattern_;
+  std::vector<Matrix6> values_;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> rhs_;
+};
+
+}  // namespace perp
