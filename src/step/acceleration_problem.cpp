@@ -153,9 +153,11 @@ void AccelerationProblem::assemble(const Model& model, const State& x, const Ins
   const auto n = static_cast<Eigen::Index>(kept.size());
   columns_.conservativeResize(Eigen::NoChange, n);
   problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
-  const Matrix W = reduced_.W * columns_;
+  const Matrix full = reduced_.W * columns_;
   const Vector q = reduced_.q + reduced_.W * known_;
-  problem.W = Matrix(W(kept, Eigen::all));
+  Matrix W = full(kept, Eigen::all);
+  for (Eigen::Index i = 0; i < n; ++i) W(i, i) += compliance * reduced_.W(kept[at(i)], kept[at(i)]);
+  problem.W = W;
   problem.q = q(kept);
 }
 

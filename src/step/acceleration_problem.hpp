@@ -37,6 +37,10 @@ class AccelerationProblem {
   /// The answer for forces c along the rows.
   [[nodiscard]] AccelerationAnswer read(const Model& model, const Vector& c) const;
 
+  /// Normal and tangential give of every contact at rest or sliding and every joint at rest, as a share of what a unit of force accelerates
+  /// its bodies by [-]: among forces that redundant rows leave open, a small one picks those of least norm, as ModeDynamics does.
+  double compliance = 0;
+
   FrictionProblem problem;         ///< local form
   double acceleration_scale = 0;   ///< of q, before joints and contacts act [m/s^2]
   std::vector<int> contact_index;  ///< of each closed contact in Instant::contacts

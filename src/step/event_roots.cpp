@@ -9,7 +9,14 @@ namespace {
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
+constexpr double some_steps =
+    30;  // errors that the first steps of a stretch may add up to, in tolerances [-]
+constexpr double feasible =
+    2;  // times `small`: what a force root is where others than the least forces hold [-]
+
 }  // namespace
+
+double EventRun::vague_gap() const { return some_steps * (options_.rtol * scales_.length + atol_); }
 
 double mobility(const Model& model, const Instant& instant, const ContactInstant& c) {
   Vector force = Vector::Zero(model.nv()), response;
@@ -23,15 +30,20 @@ bool triggered(const std::vector<Root>& triggers, Root::Kind kind, int index) {
                      [&](const Root& r) { return r.kind == kind && r.index == index; });
 }
 
-void EventRun::list_roots() {
-  roots_.clear();
+/// Returns those of before.
+std::vector<Root> EventRun::list_roots() {
+  std::vector<Root> last;
+  last.swap(roots_);
   constexpr double rounding = 1e-13, force_rounding = 1e-11;
-  const double atol = std::isnan(options_.atol) ? options_.rtol : options_.atol;
   const auto add = [&](Root::Kind kind, int index, double scale, bool force) {
     const double small = (force ? force_rounding : rounding) * scale;
-    const double error =
-        30 * (options_.rtol * scale + (force ? 0 : atol));  // what some first steps may add up to
-    roots_.push_back({.kind = kind, .index = index, .small = small, .vague = std::max(small, error)});
+    const double error = some_steps * (options_.rtol * scale + (force ? 0 : atol_));
+    roots_.push_back({.kind = kind,
+                      .index = index,
+                      .small = small,
+                      .vague = std::max(small, error),
+                      .vague_rate = kind == Root::Touch ? some_steps * (options_.rtol * scales_.speed + atol_)
+                                                        : infinity});
   };
   for (int point = 0; point < model_.contact_points(); ++point) {
     const ClosedContact* closed = modes_.find(point);
@@ -56,6 +68,7 @@ void EventRun::list_roots() {
     else
       add(Root::JointSlips, static_cast<int>(i), row.friction, true);
   }
+  return last;
 }
 
 EventSample EventRun::sample(const State& x) {
@@ -82,6 +95,7 @@ void EventRun::read_roots(EventSample& s) {
   const auto n = static_cast<Eigen::Index>(roots_.size());
   s.g.setZero(n);
   s.g_rate.setZero(n);
+  s.normal.assign(roots_.size(), Vector3::Zero());
   std::size_t closed = 0;  // modes and roots are both in the order of points
   bool pulls = false;
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -92,7 +106,9 @@ void EventRun::read_roots(EventSample& s) {
       case Root::Touch: {
         const int now = instant.contact_of_point[at(root.index)];
         s.g[i] = now < 0 ? infinity : instant.contacts[at(now)].psi_n;
-        s.g_rate[i] = now < 0 ? 0 : instant.contacts[at(now)].velocity(s.x.nu).x();
+        if (now < 0) break;
+        s.g_rate[i] = instant.contacts[at(now)].velocity(s.x.nu).x();
+        s.normal[at(i)] = instant.contacts[at(now)].frame.col(0);
         break;
       }
       case Root::Lift:
@@ -100,6 +116,8 @@ void EventRun::read_roots(EventSample& s) {
         break;
       case Root::ContactRests:
         s.g[i] = dynamics_.sliding_speed(s.x, closed);
+        if (!root.armed && s.g[i] < 0) s.g[i] = -s.velocity[closed].tail<2>().norm();
+        s.g_rate[i] = dynamics_.sliding_acceleration(closed);
         break;
       case Root::ContactSlips: {
         const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(root.index)])];
@@ -108,20 +126,19 @@ void EventRun::read_roots(EventSample& s) {
       }
       case Root::JointRests:
         s.g[i] = modes_.joints[at(root.index)] * s.joint_rate[root.index];
+        s.g_rate[i] = modes_.joints[at(root.index)] * dynamics_.joint_acceleration(at(root.index));
         break;
       case Root::JointSlips:
         s.g[i] = instant.joint_frictions[at(root.index)].friction - std::abs(s.joint_force[root.index]);
         break;
     }
-    const bool of_force =
-        root.kind == Root::Lift || root.kind == Root::ContactSlips || root.kind == Root::JointSlips;
-    pulls = pulls || (of_force && s.g[i] < -root.small);
+    pulls = pulls || (root.of_force() && s.g[i] < -root.small);
   }
-  if (!pulls || dynamics_.basis().size() == 0 || !forces_are_feasible(s)) return;
+  const bool slides = std::any_of(modes_.contacts.begin(), modes_.contacts.end(),
+                                  [](const ClosedContact& c) { return c.slides; });
+  if (!pulls || slides || dynamics_.basis().size() == 0 || !forces_are_feasible(s)) return;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Root::Kind kind = roots_[at(i)].kind;
-    if (kind == Root::Lift || kind == Root::ContactSlips || kind == Root::JointSlips)
-      s.g[i] = std::max(s.g[i], 2 * roots_[at(i)].small);
+    if (roots_[at(i)].of_force()) s.g[i] = std::max(s.g[i], feasible * roots_[at(i)].small);
   }
 }
 
@@ -130,7 +147,8 @@ bool EventRun::spent() const {
   return dynamics_.evaluations + a_test * feasibility_tests_ > options_.max_evaluations;
 }
 
-/// Where contacts are redundant, forces that pull do not say that others would: CP1 knows.
+/// Where contacts at rest are redundant, forces that pull do not say that others would: CP1 knows. Where some slide forces change
+/// the motion, and the least ones are a rule.
 bool EventRun::forces_are_feasible(const EventSample& s) {
   ++feasibility_tests_;
   AccelerationProblem problem;
@@ -200,40 +218,56 @@ bool EventRun::state_at(double t, EventSample& s) {
   return s.nu_dot.size() > 0 || model_.nv() == 0;
 }
 
-/// The time within [a, b] where an open contact's gap is least, by the cubic through gaps and rates at the ends; not set
-/// where it does not fall below zero inside.
-double EventRun::lowest_touch(std::size_t root, const EventSample& a, const EventSample& b) const {
+/// A state within [a, b] where a gap or a speed, which falls at a and rises at b, is below zero; false where the tangents at both
+/// ends say that it stays above, or where it is not found. Where a normal turns far the bodies passed each other: it is looked
+/// at in halves.
+bool EventRun::dips(std::size_t root, EventSample a, EventSample b, EventSample& high, int halvings) {
   const auto i = static_cast<Eigen::Index>(root);
-  const double h = b.x.t - a.x.t, g0 = a.g[i], g1 = b.g[i], d0 = h * a.g_rate[i], d1 = h * b.g_rate[i];
-  if (!(d0 < 0 && d1 > 0) || !std::isfinite(g0) || !std::isfinite(g1)) return not_set;
-  // derivative: d0 + (6 (g1 - g0) - 4 d0 - 2 d1) s + (3 d0 + 3 d1 - 6 (g1 - g0)) s^2, one zero in (0, 1)
-  double low = 0, high = 1;
-  const auto value = [&](double s) {
-    const double c2 = 3 * (g1 - g0) - 2 * d0 - d1, c3 = d0 + d1 - 2 * (g1 - g0);
-    return g0 + s * (d0 + s * (c2 + s * c3));
-  };
-  const auto slope = [&](double s) {
-    return d0 + s * (6 * (g1 - g0) - 4 * d0 - 2 * d1 + s * (3 * d0 + 3 * d1 - 6 * (g1 - g0)));
-  };
-  for (int k = 0; k < 40; ++k) (slope(0.5 * (low + high)) < 0 ? low : high) = 0.5 * (low + high);
-  return value(low) < 0 ? a.x.t + low * h : not_set;
+  constexpr int most_halvings = 12;
+  if (roots_[root].kind == Root::Touch && halvings < most_halvings &&
+      a.normal[root].dot(b.normal[root]) < 0.5 && std::isfinite(a.g[i]) && std::isfinite(b.g[i])) {
+    EventSample middle;
+    if (!state_at(0.5 * (a.x.t + b.x.t), middle)) return false;
+    high = middle;
+    return fell(root, middle) || dips(root, a, middle, high, halvings + 1) ||
+           dips(root, middle, b, high, halvings + 1);
+  }
+  for (int k = 0; k < 30; ++k) {
+    const double fall = a.g_rate[i], rise = b.g_rate[i], h = b.x.t - a.x.t;
+    if (!(fall < 0 && rise > 0) || !std::isfinite(a.g[i]) || !std::isfinite(b.g[i])) return false;
+    const double share = (b.g[i] - a.g[i] - h * rise) / (h * (fall - rise));  // where the tangents meet
+    if (!(a.g[i] + share * h * fall < -roots_[root].small)) return false;
+    const double t = a.x.t + h * std::clamp(share, 0.01, 0.99);
+    if (!(t > a.x.t && t < b.x.t) || !state_at(t, high)) return false;
+    if (fell(root, high)) return true;
+    (high.g_rate[i] < 0 ? a : b) = high;
+  }
+  return false;
+}
+
+bool EventRun::any_dips(const EventSample& a, const EventSample& b, EventSample& high) {
+  for (std::size_t i = 0; i < roots_.size(); ++i)
+    if (!roots_[i].of_force() && dips(i, a, b, high)) return true;
+  return false;
+}
+
+bool EventRun::fell(std::size_t root, const EventSample& s, double share) const {
+  const auto i = static_cast<Eigen::Index>(root);
+  return roots_[root].fell(share * s.g[i], s.g_rate[i]);
 }
 
 /// Whether some root fell below zero in the step; then `high` is a state after its fall, integrated.
 bool EventRun::bracket(const EventSample& middle, const EventSample& end, EventSample& high) {
-  const auto fell = [&](const EventSample& s) {
+  const auto any_fell = [&](const EventSample& s) {
     for (std::size_t i = 0; i < roots_.size(); ++i)
-      if (roots_[i].fell(s.g[static_cast<Eigen::Index>(i)])) return true;
+      if (fell(i, s)) return true;
     return false;
   };
-  if (middle.g.size() == end.g.size() && fell(middle) && state_at(middle.x.t, high) && fell(high))
+  if (middle.g.size() == end.g.size() && any_fell(middle) && state_at(middle.x.t, high) && any_fell(high))
     return true;
-  for (std::size_t i = 0; i < roots_.size() && middle.g.size() == end.g.size(); ++i) {
-    if (roots_[i].kind != Root::Touch) continue;
-    for (const double t : {lowest_touch(i, now_, middle), lowest_touch(i, middle, end)})
-      if (!std::isnan(t) && state_at(t, high) && fell(high)) return true;
-  }
-  if (!fell(end)) return false;
+  if (middle.g.size() == end.g.size() && (any_dips(now_, middle, high) || any_dips(middle, end, high)))
+    return true;
+  if (!any_fell(end)) return false;
   high = end;
   return true;
 }
@@ -247,23 +281,30 @@ bool EventRun::locate(const EventSample& after, EventSample& found, std::vector<
     double least = infinity;
     for (std::size_t i = 0; i < roots_.size(); ++i) {
       const auto j = static_cast<Eigen::Index>(i);
-      if (!roots_[i].fell(high.g[j])) continue;
+      if (!fell(i, high)) continue;
       const double g0 = std::max(now_.g[j], 0.0), share = std::isfinite(g0) ? g0 / (g0 - high.g[j]) : 1;
       if (share < least) least = share, first = i;
     }
     if (first == roots_.size()) return false;
     if (!solve_root(first, now_, high, found)) return false;
     bool earlier = false;
-    for (std::size_t i = 0; i < roots_.size(); ++i)
-      earlier = earlier || (i != first && roots_[i].fell(0.1 * found.g[static_cast<Eigen::Index>(i)]));
+    for (std::size_t i = 0; i < roots_.size(); ++i) earlier = earlier || (i != first && fell(i, found, 0.1));
     if (earlier && found.x.t > now_.x.t) {
       high = found;
       continue;
     }
+    EventSample dip;
+    if (found.x.t > now_.x.t && any_dips(now_, found, dip)) {
+      high = dip;
+      continue;
+    }
     triggers.clear();
+    // forces that are not unique do not say which of them came to its limit
+    const bool any_force = dynamics_.basis().size() > 0 && roots_[first].of_force();
     for (std::size_t i = 0; i < roots_.size(); ++i) {
       const auto j = static_cast<Eigen::Index>(i);
-      if (i == first || (roots_[i].fell(after.g[j]) && found.g[j] < 1e3 * roots_[i].small))
+      if (i == first || (fell(i, after) && found.g[j] < 1e3 * roots_[i].small) ||
+          (any_force && roots_[i].of_force()))
         triggers.push_back(roots_[i]);
     }
     return true;
@@ -272,7 +313,7 @@ bool EventRun::locate(const EventSample& after, EventSample& found, std::vector<
 }
 
 /// Where root i falls through zero between now_ (g >= 0) and high (g < 0), by the Illinois variant of the secant method; now_ itself if
-/// it is zero there and nowhere positive after.
+/// it is zero there and nowhere positive after. Where g jumps, the state before the jump.
 bool EventRun::solve_root(std::size_t i, const EventSample& start, const EventSample& end,
                           EventSample& found) {
   const auto j = static_cast<Eigen::Index>(i);
@@ -298,16 +339,21 @@ bool EventRun::solve_root(std::size_t i, const EventSample& start, const EventSa
   }
   if (!std::isfinite(g_low)) g_low = -g_high;
   int side = 0;
+  EventSample before = start;
   for (int k = 0; k < 100; ++k) {
     double t = high - g_high * (high - low) / (g_high - g_low);
-    if (!(t > low && t < high) || k > 40) t = 0.5 * (low + high);
+    const bool may_jump = g_low == feasible * small;
+    if (!(t > low && t < high) || k > 40 || may_jump) t = 0.5 * (low + high);
     if (spent() || !state_at(t, s)) return false;
     found = s;
     const double g = s.g[j];
-    if (std::abs(g) <= 2e-2 * small ||
-        high - low <= 4e-16 * std::max(std::abs(high), 1e-3 * (end.x.t - start.x.t)))
+    if (std::abs(g) <= 2e-2 * small) return true;
+    if (high - low <= 4e-16 * std::max(std::abs(high), 1e-3 * (end.x.t - start.x.t))) {
+      if (g < 0 && may_jump) found = before;
       return true;
+    }
     if (g > 0) {
+      before = s;
       low = t;
       g_low = std::isfinite(g) ? g : -g_high;
       if (side > 0) g_high *= 0.5;

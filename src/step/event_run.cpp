@@ -31,10 +31,13 @@ State EventContinuation::go_on(const State& from, std::size_t row, double t) con
 }
 
 EventRun::EventRun(const Model& model, const EventDrivenOptions& options, Trajectory& out)
-    : model_(model), options_(options), out_(out), dynamics_(model) {
-  const double atol = std::isnan(options.atol) ? options.rtol : options.atol;
-  integrator_ = make_integrator(options.integrator, dynamics_, options.rtol, atol);
-  local_ = make_integrator(options.integrator, dynamics_, options.rtol, atol);
+    : model_(model),
+      options_(options),
+      atol_(std::isnan(options.atol) ? options.rtol : options.atol),
+      out_(out),
+      dynamics_(model) {
+  integrator_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
+  local_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
   now_.x = out.back();
   continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, options, {}});
   out_.between = [kept = continuation_](const State& from, std::size_t i, double t) {
@@ -157,11 +160,20 @@ bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
   if (too_many_events()) return carry_across(infinity, "too many events");
   const Modes before = modes_;
   resting_.clear();
+  closing_.clear();
   (void)dynamics_.rows(now_.x);
-  for (std::size_t i = 0; i < modes_.contacts.size(); ++i)
-    if (triggered(triggers, Root::ContactRests, modes_.contacts[i].point) &&
-        dynamics_.as_good_as_stopped(now_.x, i))
-      resting_.push_back(modes_.contacts[i].point);
+  for (const ContactInstant& c : dynamics_.instant().contacts)
+    if (triggered(triggers, Root::Touch, c.point) && c.velocity(now_.x.nu).x() >= 0)
+      closing_.push_back(c.point);
+  const bool one_rests = std::any_of(triggers.begin(), triggers.end(),
+                                     [](const Root& r) { return r.kind == Root::ContactRests; });
+  for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
+    const int point = modes_.contacts[i].point;
+    // a body on redundant contacts comes to rest at all of them together
+    const bool rests = triggered(triggers, Root::ContactRests, point) ||
+                       (one_rests && modes_.contacts[i].slides && dynamics_.basis().size() > 0);
+    if (rests && dynamics_.as_good_as_stopped(now_.x, i)) resting_.push_back(point);
+  }
   if (!settle(triggers)) return false;
   log_changes(before, triggers);
   add_jump_row();
@@ -187,6 +199,11 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
     perp::evaluate(model_, x, instant_);
     if (!instant_.fault.empty()) return fail(StepStatus::NotFinite, instant_.fault);
     scales_.widen(scales_of(model_, x, instant_));
+    if (instant_.gap_min() < -scales_.small_gap()) {  // one that had hardly opened and closed again
+      if (!project_onto_constraints(model_, x).reached)
+        return fail(StepStatus::NotSolved, "no state nearby satisfies the constraints");
+      perp::evaluate(model_, x, instant_);
+    }
     const bool approach =
         std::any_of(instant_.contacts.begin(), instant_.contacts.end(), [&](const ContactInstant& c) {
           return c.psi_n <= scales_.small_gap() && c.velocity(x.nu).x() < -scales_.small_speed();
@@ -196,15 +213,23 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
       continue;
     }
     // what is at rest but for rounding comes to rest; then CP1
-    Modes closed = modes_by_velocity(model_, x, instant_, scales_);
+    Modes closed = modes_by_velocity(model_, x, instant_, scales_, closing_);
     for (ClosedContact& c : closed.contacts)
       c.slides = c.slides && std::find(resting_.begin(), resting_.end(), c.point) == resting_.end();
+    dynamics_.speed_error = options_.rtol * scales_.speed + atol_;
     if (const std::string fault = dynamics_.begin(x, closed, scales_.small_speed()); !fault.empty())
       return fail(StepStatus::NotFinite, fault);
     if (!std::isfinite(dynamics_.project(x))) return fail(StepStatus::NotFinite, "the state is not finite");
     perp::evaluate(model_, x, instant_);
+    constexpr double slight = 1e-7;
+    problem_.compliance = dynamics_.basis().size() > 0 ? slight : 0;
     problem_.assemble(model_, x, instant_, closed);
-    const AccelerationAnswer answer = problem_.solve(model_, {});
+    AccelerationAnswer answer = problem_.solve(model_, {});
+    if (answer.status == Cp1Status::None && problem_.compliance > 0) {
+      problem_.compliance = 0;
+      problem_.assemble(model_, x, instant_, closed);
+      answer = problem_.solve(model_, {});
+    }
     if (answer.status == Cp1Status::None) {
       const std::size_t rows = jump_rows_.size();
       if (!jump(true) || jump_rows_.size() == rows)
@@ -220,13 +245,20 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
               mode_in(modes_, model_, c.point));
     if (const std::string fault = dynamics_.begin(x, modes_, scales_.small_speed()); !fault.empty())
       return fail(StepStatus::NotFinite, fault);
-    dynamics_.speed_error =
-        options_.rtol * scales_.speed + (std::isnan(options_.atol) ? options_.rtol : options_.atol);
     resting_.clear();
-    list_roots();
+    closing_.clear();
+    const std::vector<Root> last = list_roots();
     now_ = sample(State(x));
-    for (std::size_t i = 0; i < roots_.size() && now_.g.size() > 0; ++i)
-      roots_[i].armed = now_.g[static_cast<Eigen::Index>(i)] > roots_[i].vague;
+    for (std::size_t i = 0; i < roots_.size() && now_.g.size() > 0; ++i) {
+      Root& root = roots_[i];
+      // what goes on as it did does not start from zero
+      const bool steady = root.kind == Root::Touch || (!root.of_force() && jump_rows_.empty());
+      root.armed = now_.g[static_cast<Eigen::Index>(i)] > root.vague ||
+                   (steady && !triggered(triggers, root.kind, root.index) &&
+                    std::any_of(last.begin(), last.end(), [&](const Root& r) {
+                      return r.armed && r.kind == root.kind && r.index == root.index;
+                    }));
+    }
     if (now_.nu_dot.size() == 0 && model_.nv() > 0)
       return fail(StepStatus::NotFinite, "forces are not finite");
     dynamics_.begin_step(now_.x);
@@ -237,15 +269,16 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
 
 void EventRun::take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
                           const std::vector<Root>& triggers) {
-  const double small = 1e-8 * problem_.acceleration_scale;
+  const double small = (problem_.compliance > 0 ? 1e-6 : 1e-8) * problem_.acceleration_scale;
   modes_.contacts.clear();
   for (std::size_t i = 0; i < closed.contacts.size(); ++i) {
     ClosedContact contact = closed.contacts[i];
     const ContactInstant& c = instant.contacts[at(problem_.contact_index[i])];
     const Vector3 f = answer.force[i], a = answer.acceleration[i];
     if (a.x() > small) continue;
-    if (mobility(model_, instant, c) * f.x() <= small && triggered(triggers, Root::Lift, contact.point))
-      continue;
+    // redundant contacts that the others leave without a force stay out: their least forces would pull
+    const bool may_be_idle = triggered(triggers, Root::Lift, contact.point) || problem_.compliance > 0;
+    if (may_be_idle && mobility(model_, instant, c) * f.x() <= small) continue;
     if (!contact.slides && c.tangents > 0) {
       const Vector2 a_f = a.tail<2>(), f_f = f.tail<2>();
       const bool at_limit = triggered(triggers, Root::ContactSlips, contact.point) && f_f.norm() > 0 &&
@@ -318,8 +351,8 @@ bool EventRun::jump(bool jam) {
   return true;
 }
 
-/// Whether a contact's bounces are as good as over: they follow each other ever faster, and the next would rise by less than
-/// the tolerance, or they are very many.
+/// Whether a contact's bounces are as good as over: the last rose by less than is known of it, or they follow each other ever faster
+/// and are very many.
 bool EventRun::inelastic(int point, double approach) {
   Bounces& b = bounces_[point];
   const double interval = now_.x.t - b.last;
@@ -329,7 +362,7 @@ bool EventRun::inelastic(int point, double approach) {
   b.last = now_.x.t;
   constexpr int very_many = 60;
   const double rise = approach * interval / 4;
-  return (b.chain >= 1 && rise < options_.rtol * scales_.length) || b.chain >= very_many;
+  return rise < vague_gap() || b.chain >= very_many;
 }
 
 /// Where modes change for ever, or the equations of the modes have no solution: a step of the time-stepping method, which always has one.

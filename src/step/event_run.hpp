@@ -26,11 +26,14 @@ struct Root {
   Kind kind = Touch;
   int index = 0;     ///< the point, or the joint friction
   double small = 0;  ///< |g| below which g is zero but for rounding
-  double vague =
-      0;  ///< |g| below which it is so for one that starts from zero, where the integrator's error counts
-  bool armed = false;  ///< it has been above zero in this stretch
+  double vague = 0;  ///< |g| below which it is so where g starts from zero and the integrator's error counts
+  double vague_rate = infinity;  ///< the same of its rate, of gaps
+  bool armed = false;            ///< it has been above zero in this stretch
 
-  bool fell(double g) const { return g < -(armed ? small : vague); }
+  bool of_force() const { return kind == Lift || kind == ContactSlips || kind == JointSlips; }
+
+  /// Whether g, with its rate where that is known, is below zero for sure.
+  bool fell(double g, double rate) const { return g < -(armed || rate < -vague_rate ? small : vague); }
 };
 
 /// The system at one state of a stretch: what rows, energies and root functions are made of.
@@ -40,7 +43,8 @@ struct EventSample {
   std::vector<Vector3> force, velocity;  ///< of each closed contact, along n, t, o
   Vector joint_force, joint_rate;        ///< of each joint friction
   Vector joint_reaction;                 ///< of each joint equation
-  Vector g, g_rate;                      ///< of the roots; the rate of Touch alone
+  Vector g, g_rate;                      ///< of the roots; rates of gaps and speeds, not of forces
+  std::vector<Vector3> normal;           ///< of Touch, zero of other roots
 };
 
 [[nodiscard]] bool triggered(const std::vector<Root>& triggers, Root::Kind kind, int index);
@@ -85,7 +89,7 @@ class EventRun {
   bool too_many_events();
   void take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
                   const std::vector<Root>& triggers);
-  void list_roots();
+  std::vector<Root> list_roots();
 
   EventSample sample(const State& x);
   void read_roots(EventSample& s);
@@ -94,10 +98,13 @@ class EventRun {
   State half_way(const EventSample& a, const EventSample& b) const;
   bool state_at(double t, EventSample& s);
   bool bracket(const EventSample& middle, const EventSample& end, EventSample& high);
-  double lowest_touch(std::size_t root, const EventSample& a, const EventSample& b) const;
+  bool fell(std::size_t root, const EventSample& s, double share = 1) const;
+  bool any_dips(const EventSample& a, const EventSample& b, EventSample& high);
+  bool dips(std::size_t root, EventSample a, EventSample b, EventSample& high, int halvings = 0);
   bool locate(const EventSample& high, EventSample& found, std::vector<Root>& triggers);
   bool solve_root(std::size_t root, const EventSample& low, const EventSample& high, EventSample& found);
 
+  double vague_gap() const;
   bool inelastic(int point, double approach);
   void log_changes(const Modes& before, const std::vector<Root>& triggers);
   void log(EventKind kind, const std::string& name, ContactMode before, ContactMode after);
@@ -107,6 +114,7 @@ class EventRun {
 
   const Model& model_;
   const EventDrivenOptions& options_;
+  const double atol_;
   Trajectory& out_;
   ModeDynamics dynamics_;
   std::unique_ptr<ModeIntegrator> integrator_, local_;
@@ -131,6 +139,7 @@ class EventRun {
   };
   std::vector<Jumped> jumped_;
   std::vector<int> resting_;  // points whose sliding came to an end
+  std::vector<int> closing_;  // points that opened too slowly to rise before they fall
   std::deque<double> event_times_;
   struct Bounces {
     double last = -infinity, interval = infinity;

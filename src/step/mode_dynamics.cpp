@@ -26,8 +26,9 @@ void solve_mass_columns(const Model& model, const Instant& s, const Matrix& F, M
     }
 }
 
-constexpr double uncertain =
-    300;  // times the error of a velocity: its direction is known to a few thousandths [-]
+// times the error of a velocity [-]
+constexpr double uncertain = 300;  // its direction is known to a few thousandths
+constexpr double unknown = 30;  // to a few hundredths: friction that turns with it would follow what is noise
 
 /// u_f in world axes.
 Vector3 tangential(const ContactInstant& c, const State& x) {
@@ -62,6 +63,7 @@ Matrix range_basis(const Matrix& N) {
 
 std::string ModeDynamics::begin(const State& x, const Modes& modes, double small_speed) {
   modes_ = modes;
+  small_speed_ = small_speed;
   V_.resize(0, 0);
   V_position_.resize(0, 0);
   const std::size_t n = modes.contacts.size();
@@ -69,11 +71,16 @@ std::string ModeDynamics::begin(const State& x, const Modes& modes, double small
   speed_.assign(n, 0);
   fastest_.assign(n, 0);
   straight_.assign(n, 0);
+  from_rest_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i) direction_[i] = modes.contacts[i].direction;
   if (!rows(x)) return s_.fault.empty() ? "a closed contact's gap is not there any more" : s_.fault;
   for (std::size_t i = 0; i < n; ++i) {  // the modes' directions are those of their start
     const Vector3 u_f = tangential(s_.contacts[at(asked_[i])], x);
-    if (modes.contacts[i].slides && u_f.norm() > small_speed) direction_[i] = u_f.normalized();
+    if (!modes.contacts[i].slides) continue;
+    if (u_f.norm() > small_speed)
+      direction_[i] = u_f.normalized();
+    else
+      from_rest_[i] = 1;
   }
   begin_step(x);
   assemble(x);
@@ -100,12 +107,31 @@ void ModeDynamics::begin_step(const State& x) {
     fastest_[i] = std::max(fastest_[i], speed);
     straight_[i] = speed < speed_[i] && speed < std::max(stopped * fastest_[i], uncertain * speed_error);
     speed_[i] = speed;
-    if (u_f.dot(direction_[i]) > 0) direction_[i] = u_f / speed;
+    if (from_rest_[i] != 0 ? speed > slow() : speed > small_speed_ && u_f.dot(direction_[i]) > 0)
+      direction_[i] = u_f / speed;
+    if (speed > slow()) from_rest_[i] = 0;
   }
 }
 
+/// What begins to slide keeps its direction up to this speed.
+double ModeDynamics::slow() const { return std::max(small_speed_, unknown * speed_error); }
+
 double ModeDynamics::sliding_speed(const State& x, std::size_t i) const {
-  return tangential(s_.contacts[at(asked_[i])], x).dot(direction_[i]);
+  const ContactInstant& c = s_.contacts[at(asked_[i])];
+  const Vector3 u_f = tangential(c, x);
+  return c.tangents == 2 && from_rest_[i] != 0 ? u_f.norm() : u_f.dot(direction_[i]);
+}
+
+double ModeDynamics::sliding_acceleration(std::size_t i) const {
+  const ContactInstant& c = s_.contacts[at(asked_[i])];
+  const Vector3 a = c.W.velocity(nu_dot) + biases_.contacts[at(asked_[i])];
+  double along = 0;
+  for (int t = 1; t <= c.tangents; ++t) along += a[t] * c.frame.col(t).dot(direction_[i]);
+  return along;
+}
+
+double ModeDynamics::joint_acceleration(std::size_t i) const {
+  return s_.joint_frictions[i].W.velocity(nu_dot)[0] + biases_.joint_frictions[i];
 }
 
 bool ModeDynamics::as_good_as_stopped(const State& x, std::size_t i) const {
@@ -125,9 +151,10 @@ Vector3 ModeDynamics::friction_direction(const ContactInstant& c, std::size_t i,
   constexpr double straight = 1e-11;  // a turn of less than this in the step is rounding [-]
   const Vector3 u_f = u[1] * c.frame.col(1) + u[2] * c.frame.col(2);
   const double along = u_f.dot(direction_[i]), size = u_f.norm();
-  if (size == 0 || (u_f - along * direction_[i]).norm() <= straight * std::max(size, speed_[i]))
+  if (size <= (from_rest_[i] != 0 ? slow() : small_speed_) ||
+      (u_f - along * direction_[i]).norm() <= straight * std::max(size, speed_[i]))
     return direction_[i];
-  return (along >= 0 ? 1 : -1) / size * u_f;
+  return (along >= 0 || from_rest_[i] != 0 ? 1 : -1) / size * u_f;
 }
 
 bool ModeDynamics::rows(const State& x) {

@@ -36,8 +36,13 @@ class ModeDynamics {
   /// A step starts at x, where evaluate() or rows() was last: directions of sliding are held against those of x from here on.
   void begin_step(const State& x);
 
-  /// u_f . d of closed contact i, d its direction at the start of the step, where evaluate() or rows() was last.
+  /// u_f . d of closed contact i, d its direction at the start of the step, where evaluate() or rows() was last; |u_f| where it
+  /// started from rest.
   double sliding_speed(const State& x, std::size_t i) const;
+  /// Its rate, after evaluate().
+  double sliding_acceleration(std::size_t i) const;
+  /// The rate's rate of joint friction i, after evaluate().
+  double joint_acceleration(std::size_t i) const;
   /// Whether what is left of u_f, where u_f . d has become zero, is less than is known of it.
   bool as_good_as_stopped(const State& x, std::size_t i) const;
   /// The direction that friction opposes there.
@@ -71,15 +76,18 @@ class ModeDynamics {
 
  private:
   void assemble(const State& x);
+  double slow() const;
   Vector3 friction_direction(const ContactInstant& c, std::size_t i, const Vector3& u) const;
 
   const Model& model_;
   Modes modes_;
   std::vector<Vector3>
-      direction_;                // of each closed contact that slides, at the start of the step, world axes
+      direction_;  // of each closed contact that slides, at the start of the step, world axes
+  double small_speed_ = 0;
   std::vector<double> speed_;    // |u_f| there
   std::vector<double> fastest_;  // the largest |u_f| so far
   std::vector<char> straight_;   // as good as stopped: the direction stays
+  std::vector<char> from_rest_;  // it began to slide and is slow: the direction is that in which it began
   Instant s_;
   AccelerationBiases biases_;
   std::vector<int> asked_;

@@ -57,11 +57,14 @@ void Scales::widen(const Scales& other) {
   acceleration = std::max(acceleration, other.acceleration);
 }
 
-Modes modes_by_velocity(const Model& model, const State& x, const Instant& instant, const Scales& scales) {
+Modes modes_by_velocity(const Model& model, const State& x, const Instant& instant, const Scales& scales,
+                        const std::vector<int>& closing) {
   Modes modes;
   for (const ContactInstant& c : instant.contacts) {
     const Vector3 u = c.velocity(x.nu);
-    if (c.psi_n > scales.small_gap() || u.x() > scales.small_speed()) continue;
+    if (c.psi_n > scales.small_gap()) continue;
+    const bool closes = std::find(closing.begin(), closing.end(), c.point) != closing.end();
+    if (u.x() > scales.small_speed() && !closes) continue;
     Vector3 u_f = Vector3::Zero();
     for (int t = 1; t <= c.tangents; ++t) u_f += u[t] * c.frame.col(t);
     ClosedContact closed{.point = c.point, .slides = u_f.norm() > scales.small_speed()};

@@ -41,8 +41,9 @@ struct Scales {
 
 [[nodiscard]] Scales scales_of(const Model& model, const State& x, const Instant& instant);
 
-/// Closed are contacts with psi_n and u_n small; those whose |u_f|, and joints whose rate, is not small slide.
+/// Closed are contacts with psi_n and u_n small, and the points in `closing`, whatever their u_n; those whose |u_f|, and joints
+/// whose rate, is not small slide.
 [[nodiscard]] Modes modes_by_velocity(const Model& model, const State& x, const Instant& instant,
-                                      const Scales& scales);
+                                      const Scales& scales, const std::vector<int>& closing = {});
 
 }  // namespace perp

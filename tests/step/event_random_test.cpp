@@ -1,121 +1,107 @@
 // Random starts of small scenes: whatever happens, a run ends at its time or says why it does not.
-#include <cmath>
-#include <random>
+#include <chrono>
+#include <cstdio>
+#include <map>
 
-#include "perp/model/gaps.hpp"
 #include "perp/step/event_driven.hpp"
 #include "perp/step/simulate.hpp"
+#include "tests/step/random_starts.hpp"
 
 namespace perp {
 namespace {
 
-struct Start {
-  Model model;
-  State x;
+struct Family {
+  const char* name;
+  Start (*make)(Draw&);
+  int quick;  // starts in the quick set
 };
 
-/// Numbers in an interval, from a seed, the same everywhere.
-class Draw {
- public:
-  explicit Draw(unsigned seed) : random_(seed) {}
-  double operator()(double a, double b) {
-    return a + (b - a) * (static_cast<double>(random_()) / 4294967296.0);
-  }
-  bool coin() { return random_() % 2 == 0; }
-  Vector3 vector(double size) {
-    const double x = (*this)(-size, size), y = (*this)(-size, size), z = (*this)(-size, size);
-    return {x, y, z};
-  }
+const Family families[] = {{"rod", rod_start, 150},
+                           {"box", box_start, 40},
+                           {"two spheres", two_spheres_start, 100},
+                           {"four-bar on the floor", four_bar_start, 30},
+                           {"ellipsoid", ellipsoid_start, 100}};
 
- private:
-  std::mt19937 random_;
+/// What came of the starts of a family.
+struct Outcomes {
+  std::map<std::string, int> ends;  // "ended", or the report of those that stopped
+  std::map<std::string_view, long> events;
+  long evaluations = 0;
+  int carried = 0;   // runs with a step of the time-stepping method
+  double grown = 0;  // the largest growth of energy in a row, over the run's largest energy [-]
 };
 
-Start rod(Draw& draw) {
-  Start s;
-  s.model.set_gravity({0, -9.81, 0});
-  const BodyId b = s.model.add_planar_body(1, 1.0 / 3);
-  const double mu = draw(0, 2), e = draw.coin() ? 0 : draw(0, 0.9);
-  for (const double end : {-1.0, 1.0})
-    s.model.add_contact(ground, b, point_on_plane({end, 0, 0}, horizontal_line), {.mu = mu, .e = e});
-  s.x = s.model.rest();
-  const double angle = draw(-3.1, 3.1);
-  s.x.q << 0, std::abs(std::sin(angle)) + (draw.coin() ? draw(0, 0.3) : 0), angle;
-  s.x.nu << draw(-3, 3), draw(-3, 1), draw(-5, 5);
-  return s;
-}
+constexpr double tolerance = 1e-8;
 
-Start two_spheres(Draw& draw) {
-  Start s;
-  const double mu = draw(0, 1), e = draw.coin() ? 0 : draw(0, 0.9);
-  const BodyId a = s.model.add_body(Inertia::solid_sphere(1, 0.1));
-  const BodyId b = s.model.add_body(Inertia::solid_sphere(draw(0.2, 5), 0.15));
-  s.model.add_contact(ground, a, sphere_on_plane(0.1), {.mu = mu, .e = e});
-  s.model.add_contact(ground, b, sphere_on_plane(0.15), {.mu = mu, .e = e});
-  s.model.add_contact(a, b, sphere_on_sphere(0.1, 0.15), {.mu = mu, .e = e});
-  s.x = s.model.rest();
-  s.model.set_position(s.x, a, {0, 0, 0.1 + (draw.coin() ? draw(0, 0.2) : 0)});
-  s.model.set_position(s.x, b, {draw(0.26, 0.5), draw(-0.2, 0.2), 0.15 + draw(0, 0.2)});
-  s.model.set_velocity(s.x, a, draw.vector(2), draw.vector(8));
-  s.model.set_velocity(s.x, b, draw.vector(2), draw.vector(8));
-  return s;
-}
-
-Start ellipsoid(Draw& draw) {
-  Start s;
-  const Vector3 axes(0.2, 0.15, 0.1);
-  const BodyId b = s.model.add_body(Inertia::solid_ellipsoid(1, axes));
-  s.model.add_contact(ground, b, ellipsoid_on_plane(axes),
-                      {.mu = draw(0, 1), .e = draw.coin() ? 0 : draw(0, 0.9)});
-  s.x = s.model.rest();
-  s.model.set_orientation(s.x, b, rotation(draw.vector(3)));
-  s.model.set_position(s.x, b, {0, 0, 0.2 + draw(0, 0.2)});
-  s.model.set_velocity(s.x, b, draw.vector(2), draw.vector(8));
-  return s;
-}
-
-/// A run of a second: no NaN, no energy from nowhere, an end that is reached or explained. Whether it was reached.
-bool runs_well(const Start& start) {
-  EventDriven stepper({.rtol = 1e-8, .max_evaluations = 300'000});
+/// A run of a second: no NaN, no energy but for the integrator's error, an end that is reached or explained.
+void run_one(const Start& start, Outcomes& outcomes) {
+  EventDriven stepper({.rtol = tolerance, .max_evaluations = 300'000});
   Trajectory run;
-  bool reached = true;
+  std::string end = "ended";
   try {
     run = simulate(start.model, stepper, start.x, {.t_end = 1});
+    CHECK(run.back().t == 1);
   } catch (const StepFailure& failure) {
-    CHECK_FALSE(failure.report.message.empty());
+    end = failure.report.message;
+    CHECK_FALSE(end.empty());
     run = failure.trajectory;
-    reached = false;
   }
-  double energy = start.model.energy(start.x);
+  ++outcomes.ends[end];
+  outcomes.evaluations += run.evaluations;
+  for (const Event& e : run.events) ++outcomes.events[name_of(e.kind)];
+
+  double energy = start.model.energy(start.x), growth = 0;
   const double scale = std::max(1.0, std::abs(energy));
+  bool carried = false;
   for (std::size_t i = 0; i < run.steps(); ++i) {
-    REQUIRE(run.state(i + 1).q.allFinite());
-    REQUIRE(run.state(i + 1).nu.allFinite());
-    CHECK(run.figures(i).energy <= energy + 1e-5 * scale);
-    energy = run.figures(i).energy;
+    const State x = run.state(i + 1);
+    REQUIRE(x.q.allFinite());
+    REQUIRE(x.nu.allFinite());
+    const StepFigures& row = run.figures(i);
+    const bool smooth = row.h > 0 && row.solver != "inelastic-step";
+    carried = carried || (row.h > 0 && !smooth);
+    // nothing but the integrator's error may add energy: not what happens at an event, nor a step across
+    CHECK(row.energy <= energy + (smooth ? 10 * tolerance : 1e-10) * scale);
+    growth = std::max(growth, (row.energy - energy) / scale);
+    energy = row.energy;
   }
-  return reached;
+  outcomes.grown = std::max(outcomes.grown, growth);
+  outcomes.carried += carried ? 1 : 0;
 }
 
-void random_starts(int count) {
-  int reached = 0;
-  for (int i = 0; i < count; ++i)
-    for (Start (*make)(Draw&) : {rod, two_spheres, ellipsoid}) {
-      Draw draw(static_cast<unsigned>(i + 1));
-      CAPTURE(i);
-      reached += runs_well(make(draw)) ? 1 : 0;
-    }
-  CHECK(reached >= 3 * count * 95 / 100);
+Outcomes run_all(const Family& family, int count) {
+  Outcomes outcomes;
+  for (int i = 0; i < count; ++i) {
+    Draw draw(static_cast<unsigned>(i + 1));
+    CAPTURE(family.name, i);
+    run_one(family.make(draw), outcomes);
+  }
+  return outcomes;
 }
 
 }  // namespace
 
 TEST_CASE("Runs from random starts end, or say why they do not, and gain no energy", "[event]") {
-  if (has_sundials()) random_starts(20);
+  if (!has_sundials()) return;
+  const Family& family = families[static_cast<std::size_t>(GENERATE(0, 1, 2, 3, 4))];
+  const Outcomes outcomes = run_all(family, family.quick);
+  CHECK(outcomes.ends.at("ended") == family.quick);
 }
 
-TEST_CASE("Runs from many random starts end, or say why they do not, and gain no energy", "[event][slow]") {
-  if (has_sundials()) random_starts(1000);
+TEST_CASE("Runs from 10,000 random starts end, or say why they do not, and gain no energy", "[event][slow]") {
+  if (!has_sundials()) return;
+  constexpr int count = 2000;
+  for (const Family& family : families) {
+    const auto begin = std::chrono::steady_clock::now();
+    const Outcomes outcomes = run_all(family, count);
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    std::printf("%s: %.0f s, %ld evaluations, %d carried across, energy grew by %.1e at most\n", family.name,
+                taken.count(), outcomes.evaluations, outcomes.carried, outcomes.grown);
+    for (const auto& [end, runs] : outcomes.ends) std::printf("  %5d %s\n", runs, end.c_str());
+    for (const auto& [kind, events] : outcomes.events)
+      std::printf("  %7ld %s\n", events, std::string(kind).c_str());
+    CHECK(outcomes.ends.at("ended") >= count * 99 / 100);
+  }
 }
 
 }  // namespace perp
