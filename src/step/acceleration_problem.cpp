@@ -149,7 +149,10 @@ void AccelerationProblem::assemble(const Model& model, const State& x, const Ins
     problem.kinds.push_back(BlockKind::Interval);
     mu.push_back(joint.friction);
   }
-  for (std::size_t i = 0; i < island_.joint_rows.size(); ++i) scale(biases_.joint_rows[i]);
+  for (std::size_t i = 0; i < island_.joint_rows.size(); ++i) {
+    scale(accelerations_.joint_rows[i].W.velocity(free_)[0]);
+    scale(biases_.joint_rows[i]);
+  }
   const auto n = static_cast<Eigen::Index>(kept.size());
   columns_.conservativeResize(Eigen::NoChange, n);
   problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
