@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "perp/core/errors.hpp"
 #include "perp/instant/friction_polygon.hpp"
@@ -36,7 +37,7 @@ struct LcpStepper::Workspace {
   std::vector<Vector2> polygon;
   StartInstant start;
   Instant end;
-  Vector nu_free;                  // nu + h M^-1 k
+  Vector nu_free, gained;          // nu + h M^-1 k; h M^-1 k
   Vector gap_term, joint_bias;     // beside W_n^T nu+ + dpsi_n/dt; psi_b/h + dpsi_b/dt
   std::vector<int> active, added;  // contacts that take part, ascending; scratch
   Islands islands;
@@ -177,16 +178,18 @@ bool LcpStepper::add_overlapping(const Instant& s, double h, const Answer& answe
   return w.active.size() > before;
 }
 
-/// Newton's restitution: replaces the gap terms of closed contacts; false if none of them bounces.
-bool LcpStepper::set_rebound(const State& x, const Instant& s) {
+/// Newton's restitution, e = 0 too: replaces the gap terms of closed contacts; false if there was no impact.
+bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
   Workspace& w = *work_;
   bool bounces = false;
+  const bool whole = options_.whole_impacts && !options_.anitescu_potra;
+  if (whole) w.gained = w.nu_free - x.nu;
   for (const int i : w.active) {
     if (!(w.answer.p(0, i) > 0)) continue;
     const ContactInstant& c = s.contacts[at(i)];
     const double approach = std::min(c.velocity(x.nu).x(), 0.0);
     w.gap_term[i] = c.e * approach;
-    bounces = bounces || w.gap_term[i] < 0;
+    bounces = bounces || w.gap_term[i] < 0 || (whole && strikes(c, x, w.gained, h, w.answer.speed_scale));
   }
   return bounces;
 }
@@ -250,7 +253,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (w.start.widen(model, w.end)) return advance(model, x, request, report);
 
   Answer* final = &w.answer;
-  if (set_rebound(x, s)) {
+  if (set_rebound(x, s, request.h)) {
     final = &w.rebound;
     if (!solve(model, s, request, w.rebound, report)) return fail(StepStatus::NotSolved, report.message);
     w.rebound.iterations += w.answer.iterations;
@@ -269,7 +272,9 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   report.residuals.kinematic = kinematic_residual(model, x.q, w.answer.nu, request.h, w.q_free);
   if (loop) report.residuals.joints = joints_before;
 
-  double allowed = options_.tolerance * final->speed_scale;
+  constexpr double rounding =
+      16 * std::numeric_limits<double>::epsilon();  // of contact velocities that are differences
+  double allowed = options_.tolerance * final->speed_scale + rounding * w.moved.nu.lpNorm<Eigen::Infinity>();
   if (!s.joint_rows.empty()) allowed += joint_rounding(model, s) / request.h;
   const std::string open = loop ? open_joints(model, w.end, request.h * allowed)
                                 : disagreeing_joints(model, s, final->nu, w.joint_bias, request.h, allowed);

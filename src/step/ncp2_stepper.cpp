@@ -206,10 +206,12 @@ struct Ncp2Stepper::Workspace {
   std::vector<Reaction> closed, posed;  // p_2; what the second stage's Newton sees of them
   std::vector<Slid> slid;
   std::vector<RelativeVelocity> velocities;
-  Vector nu, kick, load, momentum;
+  Vector nu, gained, kick, load, momentum, before;
+  std::vector<char> struck;  // of each body
   State moved;
 
   void close(const Instant& s, const State& x, double h, double speed);
+  void take_back(const Model& model, const Instant& s, const State& x, double h, double speed);
   bool solve_second(const Model& model, double tolerance, int& iterations);
 };
 
@@ -254,6 +256,41 @@ void Ncp2Stepper::Workspace::close(const Instant& s, const State& x, double h, d
     closed.push_back(next);
     velocities.push_back({next.W, b});
     slid.push_back(how);
+  }
+}
+
+/// An impact's law is for all of its impulse: p_1 of bodies that were struck, and of those tied to them, has moved q+ but gives no
+/// momentum, and the second stage finds the impulses of the whole step.
+void Ncp2Stepper::Workspace::take_back(const Model& model, const Instant& s, const State& x, double h,
+                                       double speed) {
+  struck.assign(model.bodies().size(), 0);
+  const auto touches = [&](const Reaction& r) {
+    return (r.W.na > 0 && struck[at(r.W.a)] != 0) || (r.W.nb > 0 && struck[at(r.W.b)] != 0);
+  };
+  const auto mark = [&](const Reaction& r) {
+    bool more = false;
+    for (const auto& [body, n] : {std::pair(r.W.a, r.W.na), std::pair(r.W.b, r.W.nb)}) {
+      if (n == 0 || struck[at(body)] != 0) continue;
+      struck[at(body)] = 1;
+      more = true;
+    }
+    return more;
+  };
+  bool more = false;
+  for (const Reaction& r : closed)
+    if (const ContactInstant* c = contact_of(r, s); c != nullptr && strikes(*c, x, gained, h, speed))
+      more = mark(r) || more;
+  if (!more) return;
+  while (more) {
+    more = false;
+    for (const Reaction& r : first.all) more = (touches(r) && mark(r)) || more;
+  }
+  for (Reaction& r : first.all)
+    if (touches(r)) r.p.setZero();
+  for (std::size_t i = 0; i < closed.size(); ++i) {
+    if (!touches(closed[i])) continue;
+    slid[i].direction.setZero();
+    if (closed[i].of == Reaction::Of::JointFriction) closed[i].mu *= 2;  // bounds of both halves of the step
   }
 }
 
@@ -330,8 +367,9 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
 
   // first stage
   w.last.prepare(model, s, x);
-  solve_mass(model, s, s.k, w.nu);
-  w.nu = x.nu + 0.5 * h * w.nu;
+  solve_mass(model, s, s.k, w.gained);
+  w.gained *= h;
+  w.nu = x.nu + 0.5 * w.gained;
   guess_rotations(model, s, x, h, w.nu);
   w.first.begin(model, s, x, h, 0.5 * h, w.last, w.nu);
 
@@ -352,6 +390,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
 
   // second stage, from the momentum that nu_½ carries to q+
   w.close(s, x, h, speed);
+  w.take_back(model, s, x, h, speed);
   loads_at(model, w.end, w.moved, w.scratch, w.load);
   problem.kick(w.first.all, w.kick);
   carry(model, half, 2 * h, w.kick);  // half of the turn before nu_½, half after
@@ -375,7 +414,11 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
                       .friction = std::max(e.tangential, e2.tangential)};
   evaluate(model, w.moved, w.end, &s, w.start.near());
   report_reactions(model, s, w.first.all, x.nu, half, speed, report);
-  report_reactions(model, w.end, w.closed, half, w.nu, speed, report);
+  w.before = half;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i)
+    if (const Body& b = model.bodies()[i]; w.struck[i] != 0)
+      w.before.segment(b.v0, b.nv) = x.nu.segment(b.v0, b.nv);
+  report_reactions(model, w.end, w.closed, w.before, w.nu, speed, report);
   report_end(model, w.end, w.moved, report);
   report.status = StepStatus::Solved;
   keep_impulses(model, w.first.all, report, w.moved, w.last);

@@ -163,7 +163,7 @@ struct NcpStepper::Workspace {
   StepReactions step;
   std::vector<Reaction> closed;  // what restitution finds
   std::vector<RelativeVelocity> velocities;
-  Vector nu, momentum;
+  Vector nu, gained, momentum;
 };
 
 NcpStepper::NcpStepper(NcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
@@ -185,8 +185,9 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
 
   w.last.prepare(model, s, x);
-  solve_mass(model, s, s.k, w.nu);
-  w.nu = x.nu + h * w.nu;
+  solve_mass(model, s, s.k, w.gained);
+  w.gained *= h;
+  w.nu = x.nu + w.gained;
   w.step.begin(model, s, x, h, h, w.last, w.nu);
 
   EndOfStep problem(model, s, w.start.near(), x, request, options_.directions, w.end, w.geometry);
@@ -212,7 +213,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
                 "residual " + shortest(e.largest()) + " m/s is above " + shortest(options_.tolerance) +
                     " of the speed " + shortest(e.speed) + " m/s");
 
-  // restitution at velocity level, over the contacts that closed
+  // impacts, and restitution, at velocity level, over the contacts that closed
   const std::vector<Reaction>* final = &w.step.all;
   bool bounces = false;
   w.closed.clear();
@@ -227,6 +228,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
       const double approach = before == nullptr ? 0 : std::min(before->velocity(x.nu).x(), 0.0);
       bias.x() += c->e * approach;
       bounces = bounces || c->e * approach < 0;
+      bounces = bounces || (before != nullptr && strikes(*before, x, w.gained, h, e.speed));
     } else if (r.of == Reaction::Of::JointRow) {
       bias.x() = w.end.joint_rows[at(r.source)].psi_b_t;
     } else {

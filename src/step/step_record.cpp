@@ -36,6 +36,12 @@ double newton_euler_residual(const Model& model, const Instant& start, const Vec
 
 }  // namespace
 
+bool strikes(const ContactInstant& c, const State& x, const Vector& gained, double h, double speed) {
+  constexpr double rounding = 1e-7;  // of the step's speeds
+  const double by_loads = 2 * std::abs(c.W.velocity(gained).x());
+  return c.psi_n > rounding * h * speed && c.velocity(x.nu).x() < -(by_loads + rounding * speed);
+}
+
 double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,
                           const Vector& q_end) {
   double worst = 0;

@@ -10,6 +10,27 @@ using namespace perp::testing;
 
 namespace {
 
+/// A body of two coordinates with all that may depend on (q, nu, t).
+void add_own(Model& model) {
+  const auto mass = [](const Vector& q) -> Matrix {
+    return Eigen::Matrix2d{{2 + std::cos(q[0]), std::sin(q[1])}, {std::sin(q[1]), 3}};
+  };
+  const auto force = [](const Vector& q, const Vector& nu, double t) -> Vector {
+    return Vector2(std::sin(q[0]) * nu[1] * nu[1] - q[1], t * nu[0] - q[0] * q[1]);
+  };
+  const BodyId own = model.add_generalized(2, {.mass = mass, .force = force}, "own");
+  const GeneralizedGap gap = [](const Vector& q, double t) {
+    GeneralizedPoint p{.gap = std::sin(q[0]) * q[1] + std::cos(3 * t) * q[0]};
+    p.normal = Vector2(std::cos(q[0]) * q[1] + std::cos(3 * t), std::sin(q[0]));
+    p.gap_t = -3 * std::sin(3 * t) * q[0];
+    p.tangent = Vector2(q[1] * t, std::exp(q[0]));
+    p.tangent_t = std::sin(q[0] * t);
+    return p;
+  };
+  model.add_contact(own, gap, {.mu = 0.3, .name = "own, rough"});
+  model.add_contact(own, gap, {.name = "own, smooth"});
+}
+
 /// all_kinds with joints of every sort, springs and a load of one's own.
 Model everything(Random& random) {
   Model model = all_kinds(random);
@@ -43,6 +64,7 @@ Model everything(Random& random) {
     const Vector3 d = m.position(x, b) - m.position(x, a);
     return Wrench{d.squaredNorm() * d, m.angular_velocity(x, a).cross(d)};
   });
+  add_own(model);
   return model;
 }
 
@@ -228,6 +250,49 @@ TEST_CASE("loads change with configuration and velocity as differentiate_loads s
   evaluate(model, slower, before);
   evaluate(model, faster, after);
   CHECK(((after.k - before.k) / (2 * step) - by_nu).norm() < 1e-7);
+}
+
+TEST_CASE("momenta of generalized bodies change with the configuration as differentiate_mass says",
+          "[derivatives]") {
+  const auto seed = GENERATE(range(0u, 10u));
+  Random random(seed);
+  const Model model = everything(random);
+  const State x = disturbed(model, random, 0.1);
+  const auto any = [&] { return Vector(Vector::NullaryExpr(model.nv(), [&] { return random.number(); })); };
+  const Vector xi = any(), y = any();
+  std::vector<LoadDerivative> blocks;
+  differentiate_mass(model, x, y, blocks);
+  REQUIRE(blocks.size() == 1);
+  const Body& own = model.bodies()[static_cast<std::size_t>(blocks[0].row)];
+  Instant before, after;
+  evaluate(model, moved_by(model, x, xi, -step), before);
+  evaluate(model, moved_by(model, x, xi, step), after);
+  Vector less, more;
+  multiply_mass(model, before, y, less);
+  multiply_mass(model, after, y, more);
+  Vector difference = (more - less) / (2 * step);
+  difference.segment(own.v0, own.nv) -=
+      blocks[0].xi.topLeftCorner(own.nv, own.nv) * xi.segment(own.v0, own.nv);
+  CHECK(difference.norm() < 1e-7);
+}
+
+TEST_CASE("a generalized gap of the size of a hundredth is differentiated to ten digits", "[derivatives]") {
+  constexpr double size = 0.01;
+  Model model;
+  const BodyId own = model.add_generalized(
+      1, {.mass = [](const Vector&) { return Matrix::Identity(1, 1); },
+          .force = [](const Vector&, const Vector&, double) -> Vector { return Vector::Zero(1); }});
+  const GeneralizedGap gap = [=](const Vector& q, double) {
+    return GeneralizedPoint{.gap = size * std::sin(q[0] / size),
+                            .normal = Vector::Constant(1, std::cos(q[0] / size))};
+  };
+  model.add_contact(own, gap);
+  State x = model.rest();
+  model.set_coordinates(x, own, Vector::Constant(1, 0.006), Vector::Constant(1, 3));
+  Instant s;
+  evaluate(model, x, s);
+  const double bias = acceleration_bias(model, x, s, s.contacts[0], {}).x();
+  CHECK(bias == Approx(-9 / size * std::sin(0.6)).epsilon(1e-10));
 }
 
 TEST_CASE("a frame that continues another turns no further than the normal does", "[derivatives]") {

@@ -99,7 +99,10 @@ inline State disturbed(const Model& model, Random& random, double scale) {
     for (int j = 0; j < b.nv; ++j) x.nu[b.v0 + j] = random.number();
     Vector3 p = b.rest.p + random.vector(scale);
     if (b.kind == BodyKind::Planar) p.z() = 0;
-    model.set_position(x, id, p);
+    if (b.kind == BodyKind::Generalized)
+      for (int j = 0; j < b.nq; ++j) x.q[b.q0 + j] = random.number(scale);
+    else
+      model.set_position(x, id, p);
     if (b.kind == BodyKind::Spatial) model.set_orientation(x, id, b.rest.q * rotation(random.vector(scale)));
     if (b.kind == BodyKind::Planar) model.set_orientation(x, id, rotation({0, 0, random.number(scale)}));
   }

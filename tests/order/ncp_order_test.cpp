@@ -93,6 +93,31 @@ TEST_CASE("the second-order step has order 2 in smooth motion", "[order]") {
   CHECK(observed(ncp2, "rattleback", smooth, {}, 0.25) == order(2));
 }
 
+TEST_CASE("springs, dampers and motors of joints leave the second-order step its order", "[order]") {
+  const bool with_a_spring = GENERATE(false, true), motor = GENERATE(false, true);
+  const double k = 40, c = 1.5, J = 0.5;
+  Scene s;
+  s.model.set_gravity(Vector3::Zero());
+  const BodyId wheel = s.model.add_planar_body(1, J, {.name = "wheel"});
+  const JointId axle = s.model.add_joint(revolute(ground, wheel));
+  if (motor)
+    s.model.add_motor({.joint = axle, .effort = [=](const Model&, const State&, double angle, double rate) {
+                         return -k * angle - c * rate;
+                       }});
+  else
+    s.model.add_joint_spring({.joint = axle, .stiffness = k, .damping = c});
+  if (with_a_spring)
+    s.model.add_spring({.a = ground, .b = wheel, .stiffness = 3});  // centre to centre: no force
+  s.start = s.model.rest();
+  s.model.set_velocity(s.start, wheel, Vector3::Zero(), {0, 0, 5});
+  const double T = 1, d = c / (2 * J), w = std::sqrt(k / J - d * d);
+  State exact = s.start;
+  exact.q[2] = 5 / w * std::exp(-d * T) * std::sin(w * T);
+  Ncp2Stepper ncp2;
+  CAPTURE(with_a_spring, motor);
+  CHECK(order_of(counts(), errors(s, ncp2, T, exact, counts())) == order(2));
+}
+
 TEST_CASE("the second-order step has order 2 where friction turns and through the end of slip", "[order]") {
   Ncp2Stepper ncp2;
   CHECK(observed(ncp2, "seed-sphere", {16, Measure::Position}) == Approx(2).margin(0.15));  // sixteen are few

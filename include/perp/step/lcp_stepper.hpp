@@ -23,6 +23,8 @@ struct LcpStepperOptions {
   LcpForm form = LcpForm::Condensed;
   bool close_joints =
       true;  ///< psi_b(q+, t+) = 0 in place of (28), so that loops do not drift; off: (28) as the seed has it
+  bool whole_impacts =
+      true;  ///< an impact's velocities from a problem of their own, without restitution too; off: (32) as the seed has it
   bool anitescu_potra = false;  ///< gap rows W_n^T nu+ + dPsi/dt >= 0, without psi_n/h: `lcp-ap`
   double tolerance = 1e-10;  ///< of the residuals, relative to the speeds that enter the step's equations [-]
 };
@@ -39,7 +41,9 @@ struct LcpStepperOptions {
 /// (without joints), and nothing pushes an overlap out.
 ///
 /// Restitution: where contacts with e > 0 close in the step with approach speed u_n- < 0, q+ is that of e = 0, and nu+ comes
-/// from a second problem in which they have W_n^T nu+ + dpsi_n/dt >= -e u_n- and the other closed contacts >= 0.
+/// from a second problem in which they have W_n^T nu+ + dpsi_n/dt >= -e u_n- and the other closed contacts >= 0. With
+/// `whole_impacts` also where e = 0: (32) spreads an impact over two steps, and friction in two parts need not be that of the
+/// whole, however small h is.
 ///
 /// Joints: with `close_joints`, psi_b(q+, t+) = 0 with W_b of the start in place of (28), which is linear in nu+ and lets joints
 /// drift by O(h^2) before it pulls them back. Where that has no solution (a linkage passing its change point), q+ is moved onto
@@ -74,7 +78,7 @@ class LcpStepper : public Stepper {
              StepReport& report);
   void certify(const Instant& s, const Island& island, std::size_t number, Answer& answer);
   bool add_overlapping(const Instant& s, double h, const Answer& answer);
-  bool set_rebound(const State& x, const Instant& s);
+  bool set_rebound(const State& x, const Instant& s, double h);
 
   LcpStepperOptions options_;
   std::unique_ptr<Workspace> work_;

@@ -1,0 +1,87 @@
+// Impacts in steps of fixed size: one impulse, one law.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "perp/step/impact.hpp"
+#include "perp/step/lcp_stepper.hpp"
+#include "perp/step/methods.hpp"
+#include "tests/instant/random_systems.hpp"
+
+using namespace perp;
+using perp::testing::Random;
+
+namespace {
+
+/// A rod in the plane whose tip flies at a floor, and its state when they meet.
+struct ThrownRod {
+  Model model;
+  State touching;
+
+  explicit ThrownRod(Random& random, double e) {
+    model.set_gravity(Vector3::Zero());
+    const double angle = 0.5 + 0.4 * random.positive();
+    const BodyId rod = model.add_planar_body(1, 1.0 / 12, {.name = "rod"});
+    const Gap tip = [](const Pose&, const Pose& X, double) {
+      const Vector3 x = X * Vector3(-0.5, 0, 0);
+      return ContactPoint{.gap = x.y(), .normal = Vector3::UnitY(), .point = x};
+    };
+    model.add_contact(ground, rod, tip, {.mu = 0.3 * random.positive(), .e = e});
+    touching = model.rest();
+    model.set_orientation(touching, rod, rotation({0, 0, angle}));
+    model.set_position(touching, rod, {0, 0.5 * std::sin(angle), 0});
+    model.set_velocity(touching, rod, {random.number(), -1, 0});
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the velocity after an impact is that of its law wherever in the step it falls", "[impact][step]") {
+  const auto method = GENERATE("lcp", "lcp-ap", "ncp", "ncp-start", "ncp2");
+  const double e = GENERATE(0.0, 0.5);
+  constexpr double h = 1e-6;
+  const auto stepper = make_stepper(method);
+  Random random(5);
+  int sticks = 0, slips = 0, turns = 0;
+  for (int i = 0; i < 200; ++i) {
+    const ThrownRod rod(random, e);
+    const Impact law = solve_impact(rod.model, rod.touching);
+    REQUIRE(law.solved);
+    State x = rod.touching;
+    x.q -= h * (1 + 0.5 * (1 + random.number(0.98))) * x.nu;  // in the second of three steps
+    CAPTURE(method, e, i, law.nu.transpose());
+    for (int k = 0; k < 3; ++k) {
+      const StepReport report = stepper->step(rod.model, x, h);
+      CAPTURE(k, report.message, x.nu.transpose());
+      REQUIRE(report.advanced());
+    }
+    CAPTURE(x.nu.transpose());
+    CHECK((x.nu - law.nu).norm() < 1e-4);
+    const ContactMode mode = law.contacts[0].mode;
+    const double before = rod.touching.nu[0], friction = law.contacts[0].impulse.x();
+    sticks += mode == ContactMode::Stick ? 1 : 0;
+    slips += mode == ContactMode::Slip && friction * before < 0 ? 1 : 0;
+    turns += mode == ContactMode::Slip && friction * before > 0 ? 1 : 0;
+  }
+  CAPTURE(sticks, slips, turns);
+  CHECK(sticks > 20);
+  CHECK(slips > 20);
+  CHECK(turns > 10);
+}
+
+TEST_CASE("the seed's own rows spread an impact over two steps", "[impact][step][lcp]") {
+  LcpStepper seed({.whole_impacts = false}), whole;
+  Random random(5);
+  const ThrownRod rod(random, 0);
+  const double h = 1e-3;
+  State x = rod.touching;
+  x.q -= 0.25 * h * x.nu;
+  State y = x;
+  REQUIRE(seed.step(rod.model, x, h).advanced());
+  REQUIRE(whole.step(rod.model, y, h).advanced());
+  Instant s;
+  evaluate(rod.model, x, s);
+  CHECK(s.contacts[0].velocity(x.nu).x() ==
+        Approx(-0.25).epsilon(2e-3));  // psi+ = 0: a quarter of the way in h
+  CHECK(s.contacts[0].velocity(y.nu).x() == Approx(0).margin(1e-3));
+  CHECK((x.q - y.q).norm() < 1e-15);
+}
