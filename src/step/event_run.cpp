@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "perp/core/errors.hpp"
 #include "perp/step/simulate.hpp"
@@ -106,8 +107,35 @@ bool EventRun::begin() {
   return true;
 }
 
+/// Time in which no joint between spatial bodies turns by more than a quarter, from rates and accelerations now, with room for these
+/// to grow: from half a turn on State::winding would lose count.
+double EventRun::time_of_quarter_turn() const {
+  using std::numbers::pi;
+  double time = infinity;
+  const auto add = [&](BodyId id, double& rate, double& growth) {
+    const Body& b = model_.body(id);
+    rate += model_.angular_velocity(now_.x, id).norm();
+    if (b.kind == BodyKind::Spatial && now_.nu_dot.size() > 0)
+      growth += now_.nu_dot.segment<3>(b.v0 + 3).norm();
+  };
+  for (const JointGeometry& j : model_.joints()) {
+    const auto counts = [](const auto& row) { return row.winding >= 0; };
+    const bool turns = std::any_of(j.rows.begin(), j.rows.end(), counts) ||
+                       std::any_of(j.coordinates.begin(), j.coordinates.end(),
+                                   [&](const JointCoordinate& c) { return counts(c.row); });
+    if (!turns) continue;
+    double rate = 0, growth = 0;
+    add(j.a, rate, growth);
+    add(j.b, rate, growth);
+    time =
+        std::min(time, pi / (rate + std::sqrt(rate * rate + pi * growth)));  // rate t + growth t^2/2 = pi/2
+  }
+  return time;
+}
+
 /// One step of the integrator, up to the first event in it.
 bool EventRun::advance(double t_stop) {
+  t_stop = std::min(t_stop, now_.x.t + time_of_quarter_turn());
   if (spent()) return fail(StepStatus::NotSolved, "max_evaluations is spent");
   if (restart_) {
     if (!integrator_->start(now_.x, std::min(natural_step_, t_stop - now_.x.t)))
@@ -144,8 +172,8 @@ bool EventRun::advance(double t_stop) {
     }
     return handle_event(found.x, triggers);
   }
-  add_row(now_, middle, to);
   model_.follow_turns(to.x);
+  add_row(now_, middle, to);
   now_ = std::move(to);
   for (std::size_t i = 0; i < roots_.size(); ++i)
     roots_[i].armed = roots_[i].armed || now_.g[static_cast<Eigen::Index>(i)] > roots_[i].vague;

@@ -82,6 +82,7 @@ class EventRun {
   bool fail(StepStatus status, const std::string& why);
   bool begin();
   bool advance(double t_stop);
+  double time_of_quarter_turn() const;
   bool handle_event(const State& x, const std::vector<Root>& triggers);
   bool settle(const std::vector<Root>& triggers);
   bool jump(bool jam);

@@ -46,6 +46,8 @@ Scales scales_of(const Model& model, const State& x, const Instant& instant) {
   for (const JointRowInstant& row : instant.joint_frictions)
     s.speed = std::max(s.speed, std::abs(row.velocity(x.nu)));
   if (s.length == 0) s.length = s.acceleration > 0 && s.speed > 0 ? s.speed * s.speed / s.acceleration : 1;
+  if (s.speed == 0)  // what turns about where it is
+    for (const Twist& V : instant.V) s.speed = std::max(s.speed, s.length * V.w.norm());
   s.acceleration = std::max(s.acceleration, s.speed * s.speed / s.length);
   s.speed = std::max(s.speed, std::sqrt(s.acceleration * s.length));
   return s;

@@ -112,6 +112,7 @@ class ErkIntegrator final : public Base {
   }
 
   bool step(double t_stop, State& x) override {
+    at_.winding = x.winding;
     if (!check(ERKStepSetStopTime(memory_, t_stop))) return false;
     double t = x.t;
     if (!check(ERKStepEvolve(memory_, t_stop, y_.get(), &t, ARK_ONE_STEP))) return false;
@@ -179,6 +180,7 @@ class CvodeIntegrator final : public Base {
   }
 
   bool step(double t_stop, State& x) override {
+    at_.winding = x.winding;
     if (!check(CVodeSetStopTime(memory_, t_stop))) return false;
     double t = x.t;
     if (!check(CVode(memory_, t_stop, y_.get(), &t, CV_ONE_STEP))) return false;
@@ -273,6 +275,7 @@ class IdaIntegrator final : public Base {
   }
 
   bool step(double t_stop, State& x) override {
+    at_.winding = x.winding;
     if (!check(IDASetStopTime(memory_, t_stop))) return false;
     double t = x.t;
     if (!check(IDASolve(memory_, t_stop, &t, y_.get(), y_dot_.get(), IDA_ONE_STEP))) return false;

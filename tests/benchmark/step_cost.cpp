@@ -6,32 +6,11 @@
 #include <cstdio>
 #include <perp/perp.hpp>
 
+#include "tests/benchmark/stopwatch.hpp"
+
 namespace {
 
-/// Seconds of the best of some runs of `work`, each of which does it `count` times; per time.
-template <class Work>
-double best(int count, Work work) {
-  double least = perp::infinity;
-  for (int repeat = 0; repeat < 7; ++repeat) {
-    const auto start = std::chrono::steady_clock::now();
-    work(count);
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-    least = std::min(least, taken.count() / count);
-  }
-  return least;
-}
-
-/// The kernel: a dense 32 by 32 matrix product, 65536 operations.
-double kernel() {
-  const perp::Matrix A = perp::Matrix::Constant(32, 32, 1.0 / 32);
-  perp::Matrix B = perp::Matrix::Identity(32, 32), C;
-  return best(2000, [&](int count) {
-    for (int i = 0; i < count; ++i) {
-      C.noalias() = A * B;
-      B.swap(C);
-    }
-  });
-}
+using perp::best, perp::kernel;
 
 /// Spheres that slide on a plane, too far apart to meet, for the whole of the measurement.
 double spheres(int number, perp::Stepper&& stepper, int steps) {

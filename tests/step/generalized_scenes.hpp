@@ -47,6 +47,30 @@ inline Scene double_pendulum_of_angles() {
   return s;
 }
 
+/// The slider-crank of spatial bodies and revolute joints about z: 20 equations, three more than they need.
+inline Scene spatial_slider_crank() {
+  const Scene planar = scene("slider-crank");
+  Scene s;
+  s.model.set_gravity(Vector3::Zero());
+  std::vector<BodyId> bodies{ground};
+  for (const Body& b : planar.model.bodies())
+    if (b.nv > 0) {
+      const double J = b.J(2, 2);
+      bodies.push_back(s.model.add_body(Inertia::principal(b.mass, {0.6 * J, 0.7 * J, J}),
+                                        {.pose = b.rest, .name = b.name}));
+    }
+  for (const JointGeometry& j : planar.model.joints())
+    s.model.add_joint({j.kind, bodies[static_cast<std::size_t>(j.a.index)],
+                       bodies[static_cast<std::size_t>(j.b.index)], j.asked});
+  s.start = s.model.rest();
+  for (std::size_t i = 1; i < bodies.size(); ++i) {
+    const BodyId id{static_cast<int>(i)};
+    s.model.set_velocity(s.start, bodies[i], planar.model.velocity(planar.start, id),
+                         planar.model.angular_velocity(planar.start, id));
+  }
+  return s;
+}
+
 /// A slider-crank in the crank's angle: I(a) a'' + I'/2 a'^2 = -0.2 N m, while it turns forwards.
 inline Scene slider_crank_of_one_angle() {
   const Scene joints = scene("slider-crank");

@@ -14,30 +14,6 @@ using Catch::Contains;
 
 namespace {
 
-/// The slider-crank of spatial bodies and revolute joints about z: 20 equations, three more than they need.
-Scene spatial_slider_crank() {
-  const Scene planar = scene("slider-crank");
-  Scene s;
-  s.model.set_gravity(Vector3::Zero());
-  std::vector<BodyId> bodies{ground};
-  for (const Body& b : planar.model.bodies())
-    if (b.nv > 0) {
-      const double J = b.J(2, 2);
-      bodies.push_back(s.model.add_body(Inertia::principal(b.mass, {0.6 * J, 0.7 * J, J}),
-                                        {.pose = b.rest, .name = b.name}));
-    }
-  for (const JointGeometry& j : planar.model.joints())
-    s.model.add_joint({j.kind, bodies[static_cast<std::size_t>(j.a.index)],
-                       bodies[static_cast<std::size_t>(j.b.index)], j.asked});
-  s.start = s.model.rest();
-  for (std::size_t i = 1; i < bodies.size(); ++i) {
-    const BodyId id{static_cast<int>(i)};
-    s.model.set_velocity(s.start, bodies[i], planar.model.velocity(planar.start, id),
-                         planar.model.angular_velocity(planar.start, id));
-  }
-  return s;
-}
-
 /// A bead in an upright ring of radius 1, dropped from inside, as a particle or in the coordinates (x, z).
 Scene bead(bool own, double mu, double e) {
   Scene s;
@@ -166,6 +142,33 @@ TEST_CASE("a slider-crank of planar bodies, of spatial ones and in one coordinat
   CHECK(std::abs(fine) < 0.05);
   CHECK(coarse / fine == Approx(4).epsilon(0.4));
   CHECK(one.model.nv() == 1);
+}
+
+TEST_CASE("the three slider-cranks agree to the tolerance of event, and to the order of ncp2",
+          "[generalized][joint]") {
+  const Scene planar = scene("slider-crank"), space = spatial_slider_crank(),
+              one = slider_crank_of_one_angle();
+  const double t = 0.3;
+  const auto cranks = [&](const char* method, double h) {
+    const std::unique_ptr<Stepper> stepper = make_stepper(method, {});
+    const SimulateOptions options{.t_end = t, .h = h};
+    const auto bearing = [&](const Scene& s) {
+      return s.model.coordinate(simulate(s.model, *stepper, s.start, options).back(),
+                                s.model.find_joint("bearing"));
+    };
+    return Vector3(bearing(planar), bearing(space),
+                   simulate(one.model, *stepper, one.start, options).back().q[0]);
+  };
+  const double exact = planar.model.angle(planar.exact(t), planar.model.find_body("crank"));
+  const Vector3 coarse = cranks("ncp2", 2e-3).array() - exact, fine = cranks("ncp2", 1e-3).array() - exact;
+  CHECK(std::abs(fine[0] - fine[1]) < 1e-9);
+  for (const int i : {0, 1, 2}) {
+    CAPTURE(i, coarse[i], fine[i]);
+    CHECK(coarse[i] / fine[i] > 3.6);
+    CHECK(coarse[i] / fine[i] < 4.4);
+  }
+  if (!has_sundials()) return;
+  CHECK((cranks("event", not_set).array() - exact).abs().maxCoeff() < 1e-7);
 }
 
 TEST_CASE("a bead in a ring moves alike as a particle and in coordinates of its own, under every method",

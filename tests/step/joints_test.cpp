@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "perp/instant/instant.hpp"
+#include "perp/step/event_driven.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/methods.hpp"
 #include "perp/step/simulate.hpp"
@@ -186,6 +187,34 @@ TEST_CASE("every method says where a joint is and what it gives", "[joint]") {
     CHECK(j.friction == Approx((j.rate > 0 ? -c : c) * h).epsilon(1e-9));
     CHECK(j.mode == ContactMode::Slip);
     CHECK(glue.impulse.norm() > 0.5 * h * 9.81);
+  }
+}
+
+TEST_CASE("a clock's spring knows how many turns it is wound, under every method and integrator",
+          "[joint][event]") {
+  const double J = 0.5, w = 2, v = 40;  // it swings as v/w sin(w t), by three turns to each side
+  Model model;
+  const BodyId wheel = model.add_body(Inertia::principal(1, {J, J, J}));
+  const JointId axle = model.add_joint(revolute(ground, wheel, {.axis = {1, 2, 2}}));
+  model.add_joint_spring({.joint = axle, .stiffness = J * w * w});
+  model.set_gravity(Vector3::Zero());
+  State x = model.rest();
+  model.set_velocity(x, wheel, Vector3::Zero(), v * Vector3(1, 2, 2) / 3);
+  const double t_end = 2, exact = v / w * std::sin(w * t_end), h = 1e-3;
+  const auto swings = [&](Stepper& stepper, double step, double margin) {
+    CAPTURE(std::string(stepper.name()));
+    CHECK(model.coordinate(simulate(model, stepper, x, {.t_end = t_end, .h = step}).back(), axle) ==
+          Approx(exact).margin(margin));
+  };
+  for (const char* method : {"lcp", "ncp", "ncp2"}) {
+    const std::unique_ptr<Stepper> stepper = make_stepper(method, {});
+    swings(*stepper, h, stepper->order() == 2 ? v * h * h : v * w * h);
+  }
+  if (!has_sundials()) return;
+  for (const Integrator integrator :
+       {Integrator::Arkode, Integrator::CvodeAdams, Integrator::CvodeBdf, Integrator::Ida}) {
+    EventDriven event({.rtol = 1e-8, .integrator = integrator});
+    swings(event, not_set, 1e-4);
   }
 }
 
