@@ -28,6 +28,7 @@ State EventContinuation::go_on(const State& from, std::size_t row, double t) con
   while (fine && x.t < t) fine = integrator->step(t, x);
   if (integrator->thrown) std::rethrow_exception(integrator->thrown);
   if (!fine) throw std::runtime_error("Trajectory::at: the integrator failed: " + integrator->message);
+  model.follow_turns(x);
   return x;
 }
 
@@ -168,6 +169,7 @@ bool EventRun::advance(double t_stop) {
     if (!locate(high, found, triggers)) return carry_across(t_stop, "an event was not located");
     if (found.x.t > now_.x.t) {
       const EventSample between = sample(half_way(now_, found));
+      model_.follow_turns(found.x);
       add_row(now_, between, found);
     }
     return handle_event(found.x, triggers);
@@ -183,7 +185,6 @@ bool EventRun::advance(double t_stop) {
 
 bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
   now_.x = x;
-  model_.follow_turns(now_.x);
   restart_ = true;
   if (too_many_events()) return carry_across(infinity, "too many events");
   const Modes before = modes_;

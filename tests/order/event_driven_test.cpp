@@ -1,6 +1,7 @@
 // The event-driven method against every scene whose motion is known.
 #include "perp/step/event_driven.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "perp/model/gaps.hpp"
@@ -172,6 +173,58 @@ TEST_CASE("A rolling ellipse is where its equation of motion says", "[event]") {
   const Trajectory run = simulate(model, stepper, x, {.t_end = 0.5});
   CHECK(std::abs(run.back().q[2] + 0.06481332802093094) < 1e-12);
   CHECK(std::abs(run.at(0.3).q[2] - 0.3790900963453028) < 1e-12);
+}
+
+TEST_CASE("A rattleback turns back when its equations of motion say", "[event]") {
+  if (!has_sundials()) return;
+  struct Turn {
+    double spin, reversal;
+    double rate[4];  // about the upright, at these times:
+  };
+  const double times[] = {0.5, 1, 2, 5};
+  for (const Turn& turn :
+       {Turn{-5, 2.747880658295, {-4.49072160949, -2.86575629421, -1.31292559588, 4.475203749163}},
+        Turn{5, 10.85765563292, {5.34907801195, 5.33396678052, 5.17505251132, 4.16817238438}}}) {
+    const Scene s = scene("rattleback", {{"spin", turn.spin}, {"mu", 50}});
+    const Trajectory run = run_of(s, 1e-12, Integrator::Arkode, std::max(5.0, turn.reversal + 0.01));
+    const auto rate = [&](double t) { return s.model.angular_velocity(run.at(t), {1}).z(); };
+    for (int i = 0; i < 4; ++i) CHECK(std::abs(rate(times[i]) - turn.rate[i]) < 1e-8);
+    // it goes through zero there, for the first time
+    CHECK(rate(turn.reversal - 1e-8) * turn.spin > 0);
+    CHECK(rate(turn.reversal + 1e-8) * turn.spin < 0);
+    for (std::size_t i = 0; i < run.size(); ++i)
+      if (run.t(i) < turn.reversal) REQUIRE(s.model.angular_velocity(run.state(i), {1}).z() * turn.spin > 0);
+    CHECK(std::abs(s.model.energy(run.back()) - s.model.energy(s.start)) < 1e-12);
+  }
+}
+
+namespace {
+
+void joints_stay_closed(const char* name, Integrator integrator, double tolerance) {
+  CAPTURE(name, name_of(integrator));
+  const Scene s = scene(name);
+  const Trajectory run = run_of(s, tolerance, integrator, 100);
+  CHECK(run.back().t == 100);
+  double worst = 0;
+  for (std::size_t i = 0; i < run.steps(); ++i) worst = std::max(worst, run.figures(i).joint_error);
+  CHECK(worst < 1e-12);
+}
+
+}  // namespace
+
+TEST_CASE("Joints are closed to 1e-12 throughout 100 s", "[event]") {
+  if (!has_sundials()) return;
+  joints_stay_closed("double-pendulum", Integrator::Arkode, 1e-8);
+  joints_stay_closed("slider-crank", Integrator::Arkode, 1e-8);
+  joints_stay_closed("slider-crank", Integrator::Ida, 1e-8);
+}
+
+TEST_CASE("Joints are closed to 1e-12 throughout 100 s under IDA and in loops of redundant joints",
+          "[event][slow]") {
+  if (!has_sundials()) return;
+  for (const Integrator integrator : {Integrator::Arkode, Integrator::Ida})
+    for (const char* name : {"four-bar", "double-pendulum", "heavy-top"})
+      joints_stay_closed(name, integrator, 1e-6);
 }
 
 TEST_CASE("A box thrown on an edge lands, slides on four corners and sticks under ARKODE and IDA",

@@ -4,7 +4,9 @@
 #include <random>
 
 #include "perp/model/gaps.hpp"
+#include "perp/step/event_driven.hpp"
 #include "perp/step/impact.hpp"
+#include "perp/step/simulate.hpp"
 
 namespace perp {
 namespace {
@@ -74,6 +76,49 @@ TEST_CASE("The relaxed model has a solution where Coulomb's law has none", "[cp1
   REQUIRE(relaxed.status == Cp1Status::Unique);
   CHECK(relaxed.contacts[0].force.x() <= 0);  // does not push along
   CHECK(relaxed.contacts[0].acceleration.x() == Approx(0).margin(1e-12));
+}
+
+TEST_CASE(
+    "Where the rear foot of a pushed box leaves the front one sticks, though statics would have it slip",
+    "[cp1][event]") {
+  // the pull is beyond friction at rest, 8 > mu g, but tipping about the front foot it carries more and holds back less
+  const double push = 8, g = 9.81, w = 0.5, H = 1, J = 0.1, mu = 0.6;
+  REQUIRE(push > mu * g);
+  const double tip = (push * H - g * w) / (J + w * w + H * H);  // angular acceleration
+  REQUIRE(push - tip * H < mu * (g + tip * w));
+  for (const bool front_first : {false, true}) {
+    Model model;
+    model.set_gravity({push, -g, 0});
+    const BodyId box = model.add_planar_body(1, J);
+    for (const double x : {front_first ? w : -w, front_first ? -w : w})
+      model.add_contact(ground, box, point_on_plane({x, -H, 0}, horizontal_line),
+                        {.mu = mu, .name = x > 0 ? "front" : "rear"});
+    State x = model.rest();
+    x.q[1] = H;
+    for (const int edges : {0, 4}) {
+      const Cp1Solution a = solve_cp1(model, x, {.edges = edges});
+      REQUIRE(a.status == Cp1Status::Unique);
+      CHECK(a.complete);
+      CHECK(a.acceleration[2] == Approx(-tip).epsilon(1e-10));
+      CHECK(a.acceleration[0] == Approx(tip * H).epsilon(1e-10));
+      const Cp1Contact &front = a.contacts[front_first ? 0 : 1], &rear = a.contacts[front_first ? 1 : 0];
+      CHECK(front.mode == ContactMode::Stick);
+      CHECK(front.c_n == Approx(g + tip * w).epsilon(1e-10));
+      CHECK(rear.mode == ContactMode::Open);
+      CHECK(rear.c_n == Approx(0).margin(1e-10));
+    }
+    if (!has_sundials()) continue;
+    EventDriven stepper({.rtol = 1e-11});
+    const Trajectory run = simulate(model, stepper, x, {.t_end = 0.2});
+    CHECK(run.events.empty());
+    CHECK(run.report(run.steps() - 1).contact("front").mode == ContactMode::Stick);
+    // turned about the front foot, with the energy that this needs
+    const double angle = -run.back().q[2], rate = -run.back().nu[2];
+    CHECK(run.back().q[0] == Approx(w - w * std::cos(angle) + H * std::sin(angle)).epsilon(1e-10));
+    const double work = push * run.back().q[0] - g * (run.back().q[1] - H);
+    CHECK(0.5 * (J + w * w + H * H) * rate * rate == Approx(work).epsilon(1e-9));
+    CHECK(angle > 0.03);
+  }
 }
 
 TEST_CASE("A rod that jams without a collision has the closed form's velocities", "[cp1][impact]") {

@@ -128,6 +128,22 @@ TEST_CASE("A run gives rows at the multiples of h besides its own steps and two 
   CHECK(rows == 2);
 }
 
+TEST_CASE("The state between rows counts the turns that joints have made", "[event]") {
+  if (!has_sundials()) return;
+  Model model;
+  model.set_gravity(Vector3::Zero());
+  const BodyId wheel = model.add_body(Inertia::solid_sphere(1, 0.1));
+  const JointId hinge = model.add_joint(revolute(ground, wheel, {.axis = {0, 0, 1}}));
+  model.add_force(wheel, [](const Model&, const State&) -> Wrench { return {.moment = {0, 0, 1e-3}}; });
+  State x = model.rest();
+  model.set_velocity(x, wheel, Vector3::Zero(), {0, 0, 10});
+  EventDriven stepper({.rtol = 1e-10});
+  const Trajectory run = simulate(model, stepper, x, {.t_end = 2});
+  const double gain = 1e-3 / (0.4 * 0.01);
+  for (const double t : {0.1, 0.33, 0.5, 1.05, 1.7, 2.0})
+    CHECK(model.coordinate(run.at(t), hinge) == Approx(10 * t + 0.5 * gain * t * t).epsilon(1e-9));
+}
+
 TEST_CASE("Events tell what happened to which contact", "[event]") {
   if (!has_sundials()) return;
   EventDriven stepper({.rtol = 1e-10});
