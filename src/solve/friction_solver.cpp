@@ -1,10 +1,10 @@
 #include "perp/solve/friction_solver.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <optional>
 
 #include "certificate.hpp"
+#include "friction_islands.hpp"
 #include "friction_stages.hpp"
 #include "global_form.hpp"
 #include "ipopt_stage.hpp"
@@ -86,9 +86,18 @@ class Chain {
         FrictionStage::Proximal,
         [&](Iterate& x) {
           proximal_point(system_, proximal, options_.tolerance, budget_, x);
-          sharpen(x);
+          polish(x);
         },
         point);
+  }
+
+  /// Takes an answer found elsewhere if it is better.
+  void offer(FrictionStage name, Columns3 r) {
+    Iterate point;
+    point.r = std::move(r);
+    evaluate(system_, point);
+    attempt(
+        name, [&](Iterate& x) { sharpen(x); }, point);
   }
 
   void gauss_seidel_stage(int sweeps) {
@@ -158,11 +167,12 @@ class Chain {
   Budget& budget_;
 };
 
-void run_chain(Chain& chain, const FrictionOptions& options) {
+void start_chain(Chain& chain, const FrictionOptions& options) {
   if (options.start.size() > 0) chain.sweep_start();
-  if (chain.done()) return;
-  chain.newton_stage(25);
-  if (chain.done()) return;
+  if (!chain.done()) chain.newton_stage(25);
+}
+
+void run_chain(Chain& chain) {
   chain.interior_point_stage(FrictionStage::InteriorPoint, {});
   constexpr InteriorPointOptions starts[] = {{.start = 1, .damping = 0.9},
                                              {.start = 0.1, .damping = 0.9},
@@ -191,6 +201,29 @@ void proximal_rounds(Chain& chain, int n) {
     if (!chain.done()) chain.proximal_stage(round);
 }
 
+/// Solves each island by itself.
+FrictionSolution solve_apart(const std::vector<FrictionIsland>& islands, const FrictionOptions& options,
+                             Eigen::Index rows, Budget& budget) {
+  FrictionSolution whole;
+  whole.r.setZero(rows);
+  for (const FrictionIsland& island : islands) {
+    FrictionOptions own = options;
+    own.tolerance = 0.5 * options.tolerance;  // the parts' misses add up
+    own.reactions = Reactions::Any;
+    own.time_limit = budget.seconds_left();
+    if (budget.most > 0) own.max_iterations = std::max(1, budget.most - budget.iterations);
+    if (options.start.size() > 0) own.start = options.start(island.rows);
+    const FrictionSolution part = solve_friction(island.problem, own);
+    budget.iterations += part.iterations;
+    whole.stage = std::max(whole.stage, part.stage);
+    whole.r(island.rows) = part.r;
+    if (part.status != FrictionStatus::NoSolution || whole.certificate.size() > 0) continue;
+    whole.certificate.setZero(rows);
+    whole.certificate(island.rows) = part.certificate;
+  }
+  return whole;
+}
+
 }  // namespace
 
 FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOptions& options) {
@@ -207,17 +240,13 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
 
   Budget budget;
   budget.most = options.max_iterations;
-  if (std::isfinite(options.time_limit)) {
-    const auto start = std::chrono::steady_clock::now();
-    budget.out_of_time = [start, limit = options.time_limit] {
-      return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > limit;
-    };
-  }
+  budget.time_limit = options.time_limit;
 
   Chain chain(system, options, budget);
   chain.start(options.start.size() > 0 ? system.scaled_reaction(options.start, offsets)
                                        : Columns3(Columns3::Zero(3, system.n)));
   FrictionSolution solution;
+  std::vector<FrictionIsland> islands;
   switch (options.method) {
     case FrictionMethod::Newton:
       chain.newton_stage(200);
@@ -235,11 +264,20 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
       chain.ipopt_stage();
       break;
     case FrictionMethod::Chain:
-      run_chain(chain, options);
+      start_chain(chain, options);
+      if (chain.done()) break;
+      islands = friction_islands(problem);
+      if (islands.empty()) {
+        run_chain(chain);
+      } else {
+        FrictionSolution apart = solve_apart(islands, options, problem.rows(), budget);
+        chain.offer(apart.stage, system.scaled_reaction(apart.r, offsets));
+        solution.certificate = std::move(apart.certificate);
+      }
       break;
   }
-  if (!chain.solved()) solution.certificate = infeasibility_certificate(problem, system);
-  if (options.method == FrictionMethod::Chain && solution.certificate.size() == 0) {
+  if (!chain.solved() && islands.empty()) solution.certificate = infeasibility_certificate(problem, system);
+  if (options.method == FrictionMethod::Chain && islands.empty() && solution.certificate.size() == 0) {
     constexpr int few = 60;  // contacts up to which Ipopt's dense W and thousands of sweeps are affordable
     proximal_rounds(chain, system.n);
     if (!chain.done()) chain.gauss_seidel_stage(system.n <= few ? 2000 : 300);

@@ -2,7 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
+#include <chrono>
+#include <cmath>
 #include <limits>
 
 #include "contact_system.hpp"
@@ -29,10 +30,17 @@ void evaluate(const ContactSystem& system, Iterate& point);
 
 /// When to give up; shared by all stages of one solve.
 struct Budget {
-  int iterations = 0;  ///< done so far, over all stages
-  int most = 0;        ///< 0: no limit
-  std::function<bool()> out_of_time;
-  bool spent() const { return (most > 0 && iterations >= most) || (out_of_time && out_of_time()); }
+  int iterations = 0;            ///< done so far, over all stages
+  int most = 0;                  ///< 0: no limit
+  double time_limit = infinity;  ///< from `start` on [s]
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+
+  double seconds_left() const {
+    return time_limit - std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  bool spent() const {
+    return (most > 0 && iterations >= most) || (std::isfinite(time_limit) && seconds_left() <= 0);
+  }
 };
 
 /// Semismooth Newton on r - p(r - rho u) = 0 with Alart and Curnier's p. W + eps I stands in the Jacobian only, with

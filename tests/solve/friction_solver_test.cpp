@@ -1,5 +1,6 @@
 #include "perp/solve/friction_solver.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdio>
 #include <Eigen/Dense>
@@ -45,6 +46,19 @@ std::map<std::string, int> judged_answers(unsigned first, unsigned last) {
   return answers;
 }
 
+/// Adds a local problem that shares no body with what is there.
+void put_beside(FrictionProblem& whole, const FrictionProblem& part) {
+  const Eigen::Index m = whole.q.size(), more = part.q.size(), n = whole.mu.size();
+  Matrix W = Matrix::Zero(m + more, m + more);
+  if (m > 0) W.topLeftCorner(m, m) = whole.W.to_dense();
+  W.bottomRightCorner(more, more) = part.W.to_dense();
+  whole.W = W;
+  whole.q.conservativeResize(m + more);
+  whole.q.tail(more) = part.q;
+  whole.mu.conservativeResize(n + part.mu.size());
+  whole.mu.tail(part.mu.size()) = part.mu;
+}
+
 }  // namespace
 
 TEST_CASE("a cube under a small push stays, under a large one slides with mu N against it", "[friction]") {
@@ -71,6 +85,31 @@ TEST_CASE("of 100,000 random problems of any rank every status holds by a second
   const std::map<std::string, int> answers = judged_answers(10000, 110000);
   for (const auto& [answer, count] : answers) std::printf("%-24s %d\n", answer.c_str(), count);
   CHECK(answers.at("best-found") < 8000);
+}
+
+TEST_CASE("problems side by side end as they do each alone", "[friction]") {
+  int solved = 0, none = 0;
+  for (unsigned seed = 0; seed < 300; seed += 3) {
+    FrictionProblem whole;
+    std::vector<FrictionSolution> apart;
+    for (unsigned k = 0; k < 3; ++k) {
+      const FrictionProblem part = random_friction_problem(seed + k);
+      apart.push_back(solve_friction(part, {.use_ipopt = false}));
+      put_beside(whole, part);
+    }
+    const FrictionSolution together = solve_friction(whole, {.use_ipopt = false});
+    CAPTURE(seed, to_string(together.status), together.residual);
+    REQUIRE(claims_hold(whole, together));
+    const auto of = [&](FrictionStatus status) {
+      return std::count_if(apart.begin(), apart.end(), [&](const auto& s) { return s.status == status; });
+    };
+    if (of(FrictionStatus::Solved) == 3) CHECK(together.solved());
+    if (of(FrictionStatus::NoSolution) > 0) CHECK(together.status == FrictionStatus::NoSolution);
+    solved += together.solved();
+    none += together.status == FrictionStatus::NoSolution;
+  }
+  CHECK(solved > 40);
+  CHECK(none > 10);
 }
 
 TEST_CASE("the same problem gives the same bits", "[friction]") {
