@@ -7,7 +7,7 @@
 #include "perp/core/errors.hpp"
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
-#include "step/modes.hpp"
+#include "step/mode_dynamics.hpp"
 
 namespace perp {
 namespace {
@@ -65,19 +65,32 @@ struct Touching {
   }
 };
 
+/// Where contacts are redundant impulses are not unique, and with friction velocities need not be: the solution taken is one next to
+/// that of contacts which give a little, all alike, so that it depends on the state and not on rounding.
+FrictionSolution solve_evenly(const FrictionProblem& problem) {
+  constexpr double slight = 1e-4;  // of what a unit of impulse does to a contact's own velocity [-]
+  if (range_basis(problem.W.to_dense()).size() == 0) return solve_friction(problem);
+  FrictionProblem soft = problem;
+  Matrix W = problem.W.to_dense();
+  W.diagonal() *= 1 + slight;
+  soft.W = W;
+  const FrictionSolution near = solve_friction(soft);
+  return solve_friction(problem, {.start = near.solved() ? near.r : Vector()});
+}
+
 /// r of the law u_n+ >= -e u_n-; `e` of each contact.
 FrictionSolution newton(const Touching& touching, const Vector& e) {
   FrictionProblem problem = touching.problem;
   for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
     problem.q[touching.normal_row(i)] +=
         e[static_cast<Eigen::Index>(i)] * std::min(touching.approach[static_cast<Eigen::Index>(i)], 0.0);
-  return solve_friction(problem);
+  return solve_evenly(problem);
 }
 
 /// Compression to u_n = 0, then normal impulses e times as large with the friction that they allow; what would then still
 /// approach is stopped.
 FrictionSolution poisson(const Touching& touching, const Vector& e) {
-  FrictionSolution compression = solve_friction(touching.problem);
+  FrictionSolution compression = solve_evenly(touching.problem);
   if (!compression.solved()) return compression;
   FrictionProblem second = touching.problem;
   second.q = compression.u;
