@@ -206,7 +206,7 @@ struct Ncp2Stepper::Workspace {
   std::vector<Reaction> closed, posed;  // p_2; what the second stage's Newton sees of them
   std::vector<Slid> slid;
   std::vector<RelativeVelocity> velocities;
-  Vector nu, gained, kick, load, momentum, before;
+  Vector nu, gained, kick, load, momentum, velocity_before;
   std::vector<char> struck;  // of each body
   State moved;
 
@@ -414,11 +414,11 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
                       .friction = std::max(e.tangential, e2.tangential)};
   evaluate(model, w.moved, w.end, &s, w.start.near());
   report_reactions(model, s, w.first.all, x.nu, half, speed, report);
-  w.before = half;
+  w.velocity_before = half;
   for (std::size_t i = 0; i < model.bodies().size(); ++i)
     if (const Body& b = model.bodies()[i]; w.struck[i] != 0)
-      w.before.segment(b.v0, b.nv) = x.nu.segment(b.v0, b.nv);
-  report_reactions(model, w.end, w.closed, w.before, w.nu, speed, report);
+      w.velocity_before.segment(b.v0, b.nv) = x.nu.segment(b.v0, b.nv);
+  report_reactions(model, w.end, w.closed, w.velocity_before, w.nu, speed, report);
   report_end(model, w.end, w.moved, report);
   report.status = StepStatus::Solved;
   keep_impulses(model, w.first.all, report, w.moved, w.last);

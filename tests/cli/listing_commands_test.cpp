@@ -31,10 +31,13 @@ TEST_CASE("perp scenes --csv has a row for each built-in scene, with values that
   CHECK(done.out.substr(0, done.out.find('\n')) == "name,id,until,exact,methods,parameters");
   auto table = columns(scratch / "stdout");
   CHECK(table["name"] == scene_names());
+  std::string every;
+  for (const Method& method : methods()) every += (every.empty() ? "" : " ") + std::string(method.name);
   for (std::size_t i = 0; i < table["name"].size(); ++i) {
     const Scene s = scene(table["name"][i]);
     CHECK(std::stod(table["until"][i]) == s.t_end);
     CHECK(table["exact"][i] == (s.exact ? "yes" : "no"));
+    CHECK(table["methods"][i] == every);
     std::istringstream settings(table["parameters"][i]);
     for (std::string setting; settings >> setting;) {
       const std::size_t equals = setting.find('=');

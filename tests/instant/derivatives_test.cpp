@@ -98,6 +98,12 @@ TEST_CASE("the acceleration bias of contacts and joints is the rate of their vel
     CAPTURE(seed, i);
     const Vector3 bias = acceleration_bias(model, x, same, same.contacts[i], geometry[i]);
     CHECK((bias - rate).head(1 + s.contacts[i].tangents).norm() < tolerance);
+    if (!model.contacts()[static_cast<std::size_t>(s.contacts[i].contact)].own) continue;
+    PairDerivative<3> d;  // found along each coordinate and time, the bias along the motion
+    differentiate(model, x, same, same.contacts[i], geometry[i], Vector3::Zero(), d);
+    const WrenchMap<3>& W = s.contacts[i].W;
+    const Vector3 sum = d.velocity.middleCols(6, W.nb) * x.nu.segment(W.vb, W.nb) + d.velocity_t;
+    CHECK((bias - sum).norm() < 1e-10);
   }
   const auto check = [&](const std::vector<JointRowInstant>& now, const std::vector<JointRowInstant>& then,
                          const std::vector<JointRowInstant>& later) {

@@ -30,6 +30,22 @@ TEST_CASE("in coordinates whose masses change the implicit steps have order 1, t
   CHECK(observed(s, second) == Approx(2).margin(0.1));
 }
 
+TEST_CASE("Newton knows how changing masses change the implicit step: three iterations a step at most",
+          "[order][generalized]") {
+  const Scene s = GENERATE(double_pendulum_of_angles(), slider_crank_of_one_angle());
+  NcpStepper ncp;
+  const double h = s.t_end / 80;
+  State x = s.start;
+  int most = 0;
+  for (int i = 0; i < 80; ++i) {
+    const StepReport report = ncp.step(s.model, x, h);
+    REQUIRE(report.advanced());
+    most = std::max(most, report.iterations);
+  }
+  CAPTURE(s.name);
+  CHECK(most <= 3);
+}
+
 TEST_CASE("event reaches 1e-10 in coordinates whose masses change, with each integrator",
           "[order][generalized][event]") {
   if (!has_sundials()) return;

@@ -33,6 +33,30 @@ struct ThrownRod {
   }
 };
 
+/// A ball that flies at the side of a block which lies on a rough floor, and the state when they meet.
+struct StruckBlock {
+  Model model;
+  State touching;
+
+  StruckBlock(Random& random, double e) {
+    model.set_gravity(Vector3::Zero());
+    const BodyId ball = model.add_particle(0.5, {.name = "ball"});
+    const BodyId block = model.add_particle(1, {.name = "block"});  // that does not turn
+    const Vector3 n(1, -random.positive(), 0);
+    const Gap side = [n = Vector3(n.normalized())](const Pose& A, const Pose& B, double) {
+      return ContactPoint{.gap = n.dot(B.p - A.p), .normal = n, .point = B.p};
+    };
+    const Gap floor = [](const Pose&, const Pose& X, double) {
+      return ContactPoint{.gap = X.p.y(), .normal = Vector3::UnitY(), .point = X.p};
+    };
+    model.add_contact(ball, block, side, {.mu = 0.2, .e = e});
+    model.add_contact(ground, block, floor, {.mu = 0.3 * random.positive()});
+    touching = model.rest();
+    model.set_velocity(touching, ball, {2, -0.5 * random.positive(), 0});
+    model.set_velocity(touching, block, {random.number(), 0, 0});
+  }
+};
+
 }  // namespace
 
 TEST_CASE("the velocity after an impact is that of its law wherever in the step it falls", "[impact][step]") {
@@ -66,6 +90,52 @@ TEST_CASE("the velocity after an impact is that of its law wherever in the step 
   CHECK(sticks > 20);
   CHECK(slips > 20);
   CHECK(turns > 10);
+}
+
+TEST_CASE("what an impact drives into the floor has one law too", "[impact][step]") {
+  const auto method = GENERATE("lcp", "ncp", "ncp2");
+  const double e = GENERATE(0.0, 0.5);
+  constexpr double h = 1e-6;
+  const auto stepper = make_stepper(method, {.edges = 4});  // the floor's friction is along x: exact
+  Random random(6);
+  for (int i = 0; i < 100; ++i) {
+    const StruckBlock struck(random, e);
+    const Impact law = solve_impact(struck.model, struck.touching);
+    REQUIRE(law.solved);
+    State x = struck.touching;
+    const double back = h * (1 + 0.5 * (1 + random.number(0.98)));
+    x.q -= back * x.nu;
+    CAPTURE(method, e, i, law.nu.transpose());
+    for (int k = 0; k < 3; ++k) {
+      const StepReport report = stepper->step(struck.model, x, h);
+      CAPTURE(k, report.message);
+      REQUIRE(report.advanced());
+    }
+    CAPTURE(x.nu.transpose());
+    CHECK((x.nu - law.nu).norm() < 1e-4);
+  }
+}
+
+TEST_CASE("joint friction has its impulse of a step in one with an impact as well", "[impact][step][joint]") {
+  const auto method = GENERATE("ncp", "ncp2");
+  constexpr double friction = 0.3, h = 1e-3;
+  Model model;
+  const BodyId arm = model.add_planar_body(1, 0.1, {.name = "arm"});
+  const JointId hinge = model.add_joint(revolute(ground, arm, {.friction = friction, .name = "hinge"}));
+  model.add_limit(hinge, {.upper = 0.1, .e = 0.5});
+  State x = model.rest();
+  model.set_velocity(x, arm, Vector3::Zero(), {0, 0, 5});
+  const auto stepper = make_stepper(method);
+  bool struck = false;
+  for (int i = 0; i < 40; ++i) {
+    const StepReport report = stepper->step(model, x, h);
+    REQUIRE(report.advanced());
+    CAPTURE(method, i);
+    CHECK(std::abs(report.joint("hinge").friction) == Approx(friction * h).epsilon(1e-9));
+    struck = struck || report.contact("hinge.upper").p_n > 0;
+  }
+  CHECK(struck);
+  CHECK(x.nu[2] < 0);
 }
 
 TEST_CASE("the seed's own rows spread an impact over two steps", "[impact][step][lcp]") {

@@ -20,11 +20,10 @@ struct GeneralizedSystem {
 /// One contact of such a system with the ground, as functions of its coordinates.
 struct GeneralizedPoint {
   double gap = infinity;  ///< psi_n(q, t) [m]; infinity: no such point now
-  Vector normal;          ///< (n) its gradient by q: the column W_n
-  Vector
-      tangent;  ///< (n) column W_t: the sliding velocity is tangent . nu + tangent_t; unused without friction
-  double gap_t = 0;      ///< explicit time derivative of the gap [m/s]
-  double tangent_t = 0;  ///< and of the sliding velocity [m/s]
+  Vector normal = {};     ///< (n) its gradient by q: the column W_n
+  Vector tangent = {};    ///< (n) the column W_t, of friction: sliding velocity tangent . nu + tangent_t
+  double gap_t = 0;       ///< explicit time derivative of the gap [m/s]
+  double tangent_t = 0;   ///< and of the sliding velocity [m/s]
 };
 /// Smooth in (q, t): what its columns add to accelerations is found by central differences over 4e-3 of each coordinate's unit
 /// (and 4e-3 s); measure in units in which that is little. Where the point is not there all around, they count as constant.
