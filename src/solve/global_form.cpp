@@ -52,6 +52,7 @@ std::vector<std::vector<int>> connected_blocks(const SparseMatrix& M) {
   };
   for (int c = 0; c < M.cols(); ++c)
     for (SparseMatrix::InnerIterator it(M, c); it; ++it) {
+      if (root[it.row()] == root[c]) continue;
       const int a = find(static_cast<int>(it.row())), b = find(c);
       root[std::max(a, b)] = std::min(a, b);
     }
