@@ -84,12 +84,16 @@ std::string ModeDynamics::begin(const State& x, const Modes& modes, double small
   }
   begin_step(x);
   assemble(x);
+  find_basis();
+  return "";
+}
+
+void ModeDynamics::find_basis() {
   solve_mass_columns(model_, s_, R_, Y_);
   V_ = range_basis(R_.transpose() * Y_);
   const Matrix R_position = R_(Eigen::all, position_rows_);
   solve_mass_columns(model_, s_, R_position, Y_);
   V_position_ = range_basis(R_position.transpose() * Y_);
-  return "";
 }
 
 void ModeDynamics::begin_step(const State& x) {
@@ -111,6 +115,8 @@ void ModeDynamics::begin_step(const State& x) {
       direction_[i] = u_f / speed;
     if (speed > slow()) from_rest_[i] = 0;
   }
+  // of joints alone the motion does not depend on which of their forces are taken, and a loop turns away from those of its start
+  if (V_.size() > 0 && modes_.contacts.empty()) find_basis();
 }
 
 /// What begins to slide keeps its direction up to this speed.

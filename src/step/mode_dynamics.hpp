@@ -15,7 +15,7 @@ namespace perp {
 /// that of R but for sliding contacts, where it has the friction: n - mu d, d the direction of sliding.
 ///
 /// Rows that repeat each other (a table's fourth leg, a spatial four-bar) leave forces open; those taken lie in the space of rows at
-/// the start of the modes: c = V z, V a basis of the range of R^T M^-1 R there. Without friction that slides these are the
+/// the start of the modes (of joints alone: of the step): c = V z, V a basis of the range of R^T M^-1 R there. Without friction that slides these are the
 /// forces of least norm.
 class ModeDynamics {
  public:
@@ -76,6 +76,7 @@ class ModeDynamics {
 
  private:
   void assemble(const State& x);
+  void find_basis();
   double slow() const;
   Vector3 friction_direction(const ContactInstant& c, std::size_t i, const Vector3& u) const;
 

@@ -230,10 +230,11 @@ class IdaIntegrator final : public Base {
     at_.winding = x.winding;
     d_.stabilise = 0;
     if (!d_.evaluate(x)) return false;
-    const Matrix& V = d_.basis();
+    const Matrix& V = V_ = d_.basis();
+    V_position_ = d_.position_basis();
     rows_ = V.size() > 0 ? V.cols() : d_.row_count();
-    position_rows_ = d_.position_basis().size() > 0 ? d_.position_basis().cols()
-                                                    : static_cast<Eigen::Index>(d_.position_rows().size());
+    position_rows_ =
+        V_position_.size() > 0 ? V_position_.cols() : static_cast<Eigen::Index>(d_.position_rows().size());
     const Eigen::Index nx = x.q.size() + x.nu.size(), n = nx + rows_ + position_rows_;
     const auto make = [&] { return NVector(N_VNew_Serial(n, context_.get)); };
     y_ = make(), y_dot_ = make(), id_ = make(), weight_ = make();
@@ -297,7 +298,7 @@ class IdaIntegrator final : public Base {
     const Model& model = d_.model();
     const Eigen::Index nq = model.nq(), nv = model.nv();
     const auto lambda = y.segment(nq + nv, rows_), mu = y.segment(nq + nv + rows_, position_rows_);
-    const Matrix &V = d_.basis(), &V_p = d_.position_basis();
+    const Matrix &V = V_, &V_p = V_position_;
     Vector force = d_.load(), shift(nv), acceleration;
     force += d_.L() * (V.size() > 0 ? Vector(V * lambda) : Vector(lambda));
     solve_mass(model, d_.instant(), force, acceleration);
@@ -349,6 +350,7 @@ class IdaIntegrator final : public Base {
         [&] { return me->differentiate(t, alpha, entries(y), entries(y_dot), entries(F), J); });
   }
 
+  Matrix V_, V_position_;  // of the forces that are variables: those of the start
   void* memory_ = nullptr;
   Scales scales_;
   Eigen::Index rows_ = 0, position_rows_ = 0;
