@@ -24,7 +24,7 @@ struct RunArguments {
   bool step_given = false;
   int every = 1;
   double tolerance = not_set;
-  std::string integrator;
+  std::string integrator, reactions = "any";
   bool assemble = false;
   MethodOptions method_options;
   std::vector<std::string> set;
@@ -71,6 +71,11 @@ std::unique_ptr<Stepper> stepper_of(const RunArguments& arguments) {
     if (arguments.method != "event")
       refuse("perp run", "--integrator", arguments.integrator, "needs the method event");
     options.integrator = integrator_named(arguments.integrator);
+  }
+  if (arguments.reactions == "minimum-norm") {
+    if (chooses)
+      refuse("perp run", "--reactions", arguments.reactions, "needs a method of steps of fixed size");
+    options.reactions = Reactions::MinimumNorm;
   }
   return make_stepper(arguments.method, options);
 }
@@ -129,6 +134,10 @@ void add_run_command(CLI::App& perp, int& status) {
       ->type_name("K");
   command->add_option("--edges", arguments->method_options.edges, "edges of the friction polygon")
       ->type_name("N");
+  command
+      ->add_option("--reactions", arguments->reactions,
+                   "any, or minimum-norm: of redundant contacts and joints those that share what they carry")
+      ->check(CLI::IsMember({"any", "minimum-norm"}));
   command->add_option("--set", arguments->set, "a parameter of the scene, repeatable")
       ->type_name("KEY=VALUE")
       ->expected(1)

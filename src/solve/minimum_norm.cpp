@@ -56,7 +56,7 @@ void project(const Piece& piece, BlockKind kind, double mu, const Vector3& z, Ve
   if (piece.mode == Mode::Open) return;
   if (piece.mode == Mode::Slide) {
     const double along = piece.ray.dot(z);
-    if (along <= 0) return;
+    if (along < 0) return;  // at 0, where Newton starts, the side on which it gives way
     p = along * piece.ray;
     P = piece.ray * piece.ray.transpose();
     return;

@@ -78,8 +78,8 @@ EventSample EventRun::sample(const State& x) {
   s.nu_dot = dynamics_.nu_dot;
   s.force = dynamics_.force;
   s.joint_force = dynamics_.joint_force;
-  s.joint_reaction = dynamics_.multipliers().head(
-      static_cast<Eigen::Index>(dynamics_.instant().joint_rows.size()));
+  s.joint_reaction =
+      dynamics_.multipliers().head(static_cast<Eigen::Index>(dynamics_.instant().joint_rows.size()));
   s.joint_rate.resize(s.joint_force.size());
   const Instant& instant = dynamics_.instant();
   for (std::size_t i = 0; i < instant.joint_frictions.size(); ++i)

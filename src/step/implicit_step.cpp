@@ -10,13 +10,13 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-Law law_of(const ContactInstant& c) {
-  return c.tangents == 0 ? Law::HalfLine : c.tangents == 1 ? Law::Planar : Law::Cone;
-}
-
 bool moves(const WrenchMap<3>& W) { return W.na + W.nb > 0; }
 
 }  // namespace
+
+Law law_of(const ContactInstant& c) {
+  return c.tangents == 0 ? Law::HalfLine : c.tangents == 1 ? Law::Planar : Law::Cone;
+}
 
 void LastImpulses::prepare(const Model& model, const Instant& s, const State& x) {
   if (revision == model.revision() && h > 0 && x.t == end.t && x.q == end.q && x.nu == end.nu &&
@@ -168,6 +168,12 @@ bool slips(const Reaction& r, double speed) {
   // in a small step psi/h rounds to more than that, so that a contact that sticks may seem to slide: its friction tells
   const double bound = r.law == Law::Interval ? r.mu : r.mu * std::max(r.p.x(), 0.0);
   return r.u.tail<2>().norm() > rounding * speed && r.p.tail<2>().norm() >= (1 - inside) * bound;
+}
+
+void begin_reactions(const Model& model, StepReport& report) {
+  report.contacts.clear();
+  begin_joints(model, report);
+  report.energy_friction = report.energy_impact = 0;
 }
 
 void report_reactions(const Model& model, const Instant& s, const std::vector<Reaction>& reactions,

@@ -100,8 +100,13 @@ class VelocityLevel final : public StepProblem {
   const std::vector<RelativeVelocity>& velocities_;
 };
 
+[[nodiscard]] Law law_of(const ContactInstant& c);
+
 /// Whether a contact slips at `speed`s of the step: u along t, o is more than rounding.
 bool slips(const Reaction& r, double speed);
+
+/// A report without contact and joint rows, and without their work.
+void begin_reactions(const Model& model, StepReport& report);
 
 /// Contact rows and joint impulses of the report, and the impulses' work over the change of velocity from `before` to `after`.
 /// Called once a stage; rows of one point add up.

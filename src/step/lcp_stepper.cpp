@@ -8,7 +8,9 @@
 #include "perp/instant/friction_polygon.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/step/polygonal_lcp.hpp"
+#include "step/implicit_step.hpp"
 #include "step/joint_projection.hpp"
+#include "step/least_reactions.hpp"
 #include "step/mixed_form.hpp"
 #include "step/step_record.hpp"
 
@@ -49,6 +51,7 @@ struct LcpStepper::Workspace {
   Vector first_bias;  // joint_bias of (28)
 
   void assemble(const Model& model, const Instant& s, std::size_t i, double h, bool scaled);
+  std::vector<Reaction> reactions;
 };
 
 LcpStepper::LcpStepper(LcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
@@ -239,6 +242,59 @@ bool LcpStepper::solve_positions(const Model& model, const State& x, const Insta
   }
 }
 
+/// The answer's impulses become those of least norm. Friction that slides keeps its direction and size relative to p_n: on a
+/// polygon these are not quite those of the circular cone.
+void LcpStepper::take_least(const Model& model, const Instant& s, double h, Answer& answer) {
+  Workspace& w = *work_;
+  std::vector<Reaction>& all = w.reactions;
+  all.clear();
+  for (const int i : w.active) {
+    const ContactInstant& c = s.contacts[at(i)];
+    Reaction r{.law = law_of(c), .mu = c.mu, .of = Reaction::Of::Contact, .source = i, .W = c.W};
+    r.p = answer.p.col(i);
+    r.u = c.velocity(answer.nu);
+    r.u.x() += w.gap_term[i];
+    const double p_f = r.p.tail<2>().norm();
+    const bool loaded = r.p.x() > 0;
+    if (loaded && answer.slips[at(i)] == 0) {
+      r.u.tail<2>().setZero();
+    } else if (loaded && p_f > 0) {
+      r.mu = p_f / r.p.x();
+      r.u.tail<2>() = -r.p.tail<2>() / p_f * r.u.tail<2>().norm();
+    }
+    all.push_back(r);
+  }
+  for (int i = 0; i < static_cast<int>(s.joint_rows.size()); ++i) {
+    Reaction r{.law = Law::Equality,
+               .of = Reaction::Of::JointRow,
+               .source = i,
+               .W = three_columns(s.joint_rows[at(i)].W, 0)};
+    r.p.x() = answer.reactions[i];
+    all.push_back(r);
+  }
+  for (int i = 0; i < static_cast<int>(s.joint_frictions.size()); ++i) {
+    const JointRowInstant& row = s.joint_frictions[at(i)];
+    Reaction r{.law = Law::Interval,
+               .mu = h * row.friction,
+               .of = Reaction::Of::JointFriction,
+               .source = i,
+               .W = three_columns(row.W, 1)};
+    r.p.y() = answer.joint_friction[i];
+    r.u.y() = row.velocity(answer.nu);
+    all.push_back(r);
+  }
+  perp::take_least(model, s, answer.speed_scale, all);
+  for (const Reaction& r : all) {
+    if (r.of == Reaction::Of::Contact) {
+      if (!(answer.p(0, r.source) > 0))
+        answer.slips[at(r.source)] = static_cast<char>(slips(r, answer.speed_scale));
+      answer.p.col(r.source) = r.p;
+    }
+    if (r.of == Reaction::Of::JointRow) answer.reactions[r.source] = r.p.x();
+    if (r.of == Reaction::Of::JointFriction) answer.joint_friction[r.source] = r.p.y();
+  }
+}
+
 void LcpStepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Workspace& w = *work_;
   const Instant& s = w.start.at(model, x, request.h);
@@ -268,6 +324,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   const bool loop = options_.close_joints && !s.joint_rows.empty();
   w.q_free = w.moved.q;
   if (loop) report.projection = w.projection.move_onto(model, w.moved, w.end);
+  if (options_.reactions == Reactions::MinimumNorm) take_least(model, s, request.h, *final);
   record(model, s, x, *final, w.answer.nu, w.joint_bias, w.active, w.end, w.moved, report);
   report.residuals.kinematic = kinematic_residual(model, x.q, w.answer.nu, request.h, w.q_free);
   if (loop) report.residuals.joints = joints_before;

@@ -10,20 +10,26 @@ const std::vector<Method>& methods() {
   static const std::vector<Method> all = {
       {"lcp", 1, true, "the 2003 time-stepping LCP: linearised gaps, polygonal friction",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
-         return std::make_unique<LcpStepper>(LcpStepperOptions{.edges = o.edges});
+         return std::make_unique<LcpStepper>(LcpStepperOptions{.edges = o.edges, .reactions = o.reactions});
        }},
       {"lcp-ap", 1, true, "Anitescu and Potra's LCP: velocity-level gaps, a solution always exists",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
-         return std::make_unique<LcpStepper>(LcpStepperOptions{.edges = o.edges, .anitescu_potra = true});
+         return std::make_unique<LcpStepper>(
+             LcpStepperOptions{.edges = o.edges, .anitescu_potra = true, .reactions = o.reactions});
        }},
       {"ncp", 1, false, "the fully implicit step: nonlinear gaps, circular cones, everything at the end",
-       [](const MethodOptions&) -> std::unique_ptr<Stepper> { return std::make_unique<NcpStepper>(); }},
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<NcpStepper>(NcpStepperOptions{.reactions = o.reactions});
+       }},
       {"ncp-start", 1, false, "nonlinear gaps and circular cones, directions of impulses at the start",
-       [](const MethodOptions&) -> std::unique_ptr<Stepper> {
-         return std::make_unique<NcpStepper>(NcpStepperOptions{.directions = Directions::Start});
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<NcpStepper>(
+             NcpStepperOptions{.directions = Directions::Start, .reactions = o.reactions});
        }},
       {"ncp2", 2, false, "second order: a nonsmooth RATTLE with circular cones",
-       [](const MethodOptions&) -> std::unique_ptr<Stepper> { return std::make_unique<Ncp2Stepper>(); }},
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<Ncp2Stepper>(Ncp2StepperOptions{.reactions = o.reactions});
+       }},
       {"event", 0, false, "the instantaneous model integrated by SUNDIALS to a tolerance, events located",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<EventDriven>(

@@ -6,6 +6,7 @@
 #include "perp/core/errors.hpp"
 #include "step/free_rotation.hpp"
 #include "step/implicit_step.hpp"
+#include "step/least_reactions.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -424,6 +425,14 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   keep_impulses(model, w.first.all, report, w.moved, w.last);
   for (std::size_t i = 0; i < w.last.row.size(); ++i) w.last.row[i] *= 2;
   for (double& p : w.last.friction) p *= 2;
+  if (options_.reactions == Reactions::MinimumNorm) {
+    take_least(model, s, speed, w.first.all);
+    take_least(model, w.end, speed, w.closed);
+    begin_reactions(model, report);
+    report_reactions(model, s, w.first.all, x.nu, half, speed, report);
+    report_reactions(model, w.end, w.closed, half, w.nu, speed, report);
+    report_end(model, w.end, w.moved, report);
+  }
   x = w.moved;
   w.start.go_on_from(model, x, w.end);
 }

@@ -5,6 +5,7 @@
 
 #include "perp/core/errors.hpp"
 #include "step/implicit_step.hpp"
+#include "step/least_reactions.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -258,6 +259,14 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   report_end(model, w.end, next, report);
   report.status = StepStatus::Solved;
   keep_impulses(model, *final, report, next, w.last);
+  if (options_.reactions == Reactions::MinimumNorm) {
+    if (final != &w.closed) w.closed = *final;
+    take_least(model, w.end, e.speed, w.closed);
+    begin_reactions(model, report);
+    report_reactions(model, options_.directions == Directions::End ? w.end : s, w.closed, x.nu, nu, e.speed,
+                     report);
+    report_end(model, w.end, next, report);
+  }
   x = next;
   w.start.go_on_from(model, x, w.end);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "perp/instant/islands.hpp"
+#include "perp/solve/friction_solver.hpp"
 #include "perp/solve/lcp.hpp"
 #include "perp/step/stepper.hpp"
 
@@ -27,6 +28,8 @@ struct LcpStepperOptions {
       true;  ///< an impact's velocities from a problem of their own, without restitution too; off: (32) as the seed has it
   bool anitescu_potra = false;  ///< gap rows W_n^T nu+ + dPsi/dt >= 0, without psi_n/h: `lcp-ap`
   double tolerance = 1e-10;  ///< of the residuals, relative to the speeds that enter the step's equations [-]
+  Reactions reactions =
+      Reactions::Any;  ///< which are reported where contacts or joints are redundant; the motion is the same
 };
 
 /// A step of the seed's (25)-(38): M, W, k at the start of the step (t_l), impulses that satisfy at its end
@@ -78,6 +81,7 @@ class LcpStepper : public Stepper {
              StepReport& report);
   void certify(const Instant& s, const Island& island, std::size_t number, Answer& answer);
   bool add_overlapping(const Instant& s, double h, const Answer& answer);
+  void take_least(const Model& model, const Instant& s, double h, Answer& answer);
   bool set_rebound(const State& x, const Instant& s, double h);
 
   LcpStepperOptions options_;

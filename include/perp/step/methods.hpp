@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "perp/solve/friction_solver.hpp"
 #include "perp/step/event_driven.hpp"
 
 namespace perp {
@@ -14,6 +15,7 @@ struct MethodOptions {
   int edges = 8;                               ///< of the friction polygon, in linear methods
   double tolerance = 1e-10;                    ///< rtol = atol of methods that choose their steps
   Integrator integrator = Integrator::Arkode;  ///< of `event`
+  Reactions reactions = Reactions::Any;        ///< that methods with steps of fixed size report
 };
 
 struct Method {

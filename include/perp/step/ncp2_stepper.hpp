@@ -9,6 +9,8 @@ namespace perp {
 
 struct Ncp2StepperOptions {
   double tolerance = 1e-10;  ///< of the residuals, relative to the speeds that enter the step's equations [-]
+  Reactions reactions =
+      Reactions::Any;  ///< which are reported where contacts or joints are redundant; as for NcpStepper
 };
 
 /// Two stages [BCEL24], each an NCP with circular cones. The first moves q, with W_f at half weight from each end,

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "perp/solve/friction_solver.hpp"
 #include "perp/step/stepper.hpp"
 
 namespace perp {
@@ -17,6 +18,8 @@ enum class Directions {
 struct NcpStepperOptions {
   Directions directions = Directions::End;
   double tolerance = 1e-10;  ///< of the residuals, relative to the speeds that enter the step's equations [-]
+  Reactions reactions =
+      Reactions::Any;  ///< which are reported where contacts or joints are redundant; the motion is the same
 };
 
 /// How Newton's method went in the last step: to look at.
