@@ -138,6 +138,22 @@ TEST_CASE("joint friction has its impulse of a step in one with an impact as wel
   CHECK(x.nu[2] < 0);
 }
 
+TEST_CASE("what comes down no faster than loads make it in a step is thrown back too", "[impact][step]") {
+  const auto method = GENERATE("lcp", "ncp", "ncp2");
+  Model model;
+  const BodyId ball = model.add_particle(1);
+  const Gap floor = [](const Pose&, const Pose& X, double) {
+    return ContactPoint{.gap = X.p.z(), .normal = Vector3::UnitZ(), .point = X.p};
+  };
+  model.add_contact(ground, ball, floor, {.e = 0.5});
+  State x = model.rest();
+  model.set_position(x, ball, {0, 0, 2e-6});
+  model.set_velocity(x, ball, {0, 0, -0.01});
+  REQUIRE(make_stepper(method)->step(model, x, 1e-3).advanced());
+  CAPTURE(method);
+  CHECK(x.nu[2] == Approx(0.005).epsilon(1e-12));
+}
+
 TEST_CASE("the seed's own rows spread an impact over two steps", "[impact][step][lcp]") {
   LcpStepper seed({.whole_impacts = false}), whole;
   Random random(5);
