@@ -95,6 +95,28 @@ const ContactInstant* contact_of(const Reaction& r, const Instant& s) {
   return i < 0 ? nullptr : &s.contacts[at(i)];
 }
 
+bool StruckBodies::add(const Reaction& r) {
+  bool more = false;
+  for (const auto& [body, n] : {std::pair(r.W.a, r.W.na), std::pair(r.W.b, r.W.nb)}) {
+    if (n == 0 || struck_[at(body)] != 0) continue;
+    struck_[at(body)] = 1;
+    more = any_ = true;
+  }
+  return more;
+}
+
+void StruckBodies::spread(const std::vector<Reaction>& all) {
+  for (bool more = any_; more;) {
+    more = false;
+    for (const Reaction& r : all)
+      if (r.of != Reaction::Of::Contact || r.p.x() > 0) more = (touches(r) && add(r)) || more;
+  }
+}
+
+bool StruckBodies::touches(const Reaction& r) const {
+  return (r.W.na > 0 && struck_[at(r.W.a)] != 0) || (r.W.nb > 0 && struck_[at(r.W.b)] != 0);
+}
+
 Reaction::Slope slopes_of(const WrenchMap<3>& W) {
   Reaction::Slope G;
   G << W.A.transpose(), W.B.transpose();

@@ -41,6 +41,22 @@ class StepReactions {
 /// The contact of s that r is about: null for joints, and for a point that s does not have.
 const ContactInstant* contact_of(const Reaction& r, const Instant& s);
 
+/// The bodies that impacts change: those that meet, and those that reactions tie to them.
+class StruckBodies {
+ public:
+  void clear(const Model& model) { struck_.assign(model.bodies().size(), 0), any_ = false; }
+  bool add(const Reaction& r);  ///< false if it adds none
+  void spread(const std::vector<Reaction>& all);
+
+  bool any() const { return any_; }
+  bool operator[](std::size_t body) const { return struck_[body] != 0; }
+  bool touches(const Reaction& r) const;
+
+ private:
+  std::vector<char> struck_;
+  bool any_ = false;
+};
+
 /// W^T as slopes by both bodies' velocities.
 Reaction::Slope slopes_of(const WrenchMap<3>& W);
 

@@ -194,6 +194,14 @@ bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
     w.gap_term[i] = c.e * approach;
     bounces = bounces || w.gap_term[i] < 0 || (whole && strikes(c, x, w.gained, h, w.answer.speed_scale));
   }
+  // what touches takes part in an impact, though the position's problem may have opened it
+  for (int i = 0; whole && bounces && i < static_cast<int>(s.contacts.size()); ++i) {
+    if (!touches(s.contacts[at(i)], h, w.answer.speed_scale)) continue;
+    const auto place = std::lower_bound(w.active.begin(), w.active.end(), i);
+    if (place != w.active.end() && *place == i) continue;
+    w.active.insert(place, i);
+    w.gap_term[i] = 0;
+  }
   return bounces;
 }
 

@@ -208,11 +208,10 @@ struct Ncp2Stepper::Workspace {
   std::vector<Slid> slid;
   std::vector<RelativeVelocity> velocities;
   Vector nu, gained, kick, load, momentum, velocity_before;
-  std::vector<char> struck;  // of each body
+  StruckBodies struck;
   State moved;
 
-  void close(const Instant& s, const State& x, double h, double speed);
-  void take_back(const Model& model, const Instant& s, const State& x, double h, double speed);
+  void close(const Model& model, const Instant& s, const State& x, double h, double speed);
   bool solve_second(const Model& model, double tolerance, int& iterations);
 };
 
@@ -225,15 +224,28 @@ Ncp2Stepper::Ncp2Stepper(Ncp2Stepper&&) noexcept = default;
 Ncp2Stepper& Ncp2Stepper::operator=(Ncp2Stepper&&) noexcept = default;
 const NewtonHistory& Ncp2Stepper::history() const { return work_->history; }
 
-/// The second stage's reactions: contacts that the first closed, with W at q+, and all joints.
-void Ncp2Stepper::Workspace::close(const Instant& s, const State& x, double h, double speed) {
+/// The second stage's reactions: contacts that the first closed, with W at q+, and all joints. An impact's law is for all of its
+/// impulse: p_1 of the bodies that it changes has moved q+ but gives no momentum, and the second stage finds the impulses of
+/// the whole step, at all contacts that touch.
+void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const State& x, double h,
+                                   double speed) {
+  const auto closes = [](const Reaction& r) { return r.w * r.p.x() > r.u.x(); };
+  struck.clear(model);
+  for (const Reaction& r : first.all)
+    if (const ContactInstant* c = contact_of(r, s);
+        c != nullptr && closes(r) && strikes(*c, x, gained, h, speed))
+      struck.add(r);
+  struck.spread(first.all);
+
   closed.clear();
   velocities.clear();
   slid.clear();
-  for (const Reaction& r : first.all) {
+  for (Reaction& r : first.all) {
     Reaction next = r;
     Vector3 b = Vector3::Zero();
     Slid how;
+    const bool whole = struck.touches(r);
+    if (whole) r.p.setZero();
     if (r.of == Reaction::Of::JointRow) {
       const JointRowInstant& row = end.joint_rows[at(r.source)];
       next.W = three_columns(row.W, 0);
@@ -242,56 +254,24 @@ void Ncp2Stepper::Workspace::close(const Instant& s, const State& x, double h, d
       const JointRowInstant& row = end.joint_frictions[at(r.source)];
       next.W = three_columns(row.W, 1);
       b.y() = row.psi_b_t;
-      if (slips(r, speed)) how.direction.y() = r.u.y() > 0 ? 1 : -1;
+      if (whole)
+        next.mu *= 2;  // bounds of both halves of the step
+      else if (slips(r, speed))
+        how.direction.y() = r.u.y() > 0 ? 1 : -1;
     } else {
       const ContactInstant &before = *contact_of(r, s), *c = contact_of(r, end);
-      if (c == nullptr || !(r.w * r.p.x() > r.u.x())) continue;
+      const bool touched = touches(before, h, speed);
+      if (c == nullptr || !(closes(next) || (whole && touched))) continue;
       next.W = c->W;
       b = c->bias;
       const double approach = std::min(before.velocity(x.nu).x(), 0.0);
       b.x() += c->e * approach;
-      const bool arrived = before.psi_n > 1e-7 * h * speed;
-      if (!arrived && r.law != Law::HalfLine && slips(r, speed))
+      if (touched && !whole && r.law != Law::HalfLine && slips(r, speed))
         how.direction.tail<2>() = r.u.tail<2>().normalized();
     }
     closed.push_back(next);
     velocities.push_back({next.W, b});
     slid.push_back(how);
-  }
-}
-
-/// An impact's law is for all of its impulse: p_1 of bodies that were struck, and of those tied to them, has moved q+ but gives no
-/// momentum, and the second stage finds the impulses of the whole step.
-void Ncp2Stepper::Workspace::take_back(const Model& model, const Instant& s, const State& x, double h,
-                                       double speed) {
-  struck.assign(model.bodies().size(), 0);
-  const auto touches = [&](const Reaction& r) {
-    return (r.W.na > 0 && struck[at(r.W.a)] != 0) || (r.W.nb > 0 && struck[at(r.W.b)] != 0);
-  };
-  const auto mark = [&](const Reaction& r) {
-    bool more = false;
-    for (const auto& [body, n] : {std::pair(r.W.a, r.W.na), std::pair(r.W.b, r.W.nb)}) {
-      if (n == 0 || struck[at(body)] != 0) continue;
-      struck[at(body)] = 1;
-      more = true;
-    }
-    return more;
-  };
-  bool more = false;
-  for (const Reaction& r : closed)
-    if (const ContactInstant* c = contact_of(r, s); c != nullptr && strikes(*c, x, gained, h, speed))
-      more = mark(r) || more;
-  if (!more) return;
-  while (more) {
-    more = false;
-    for (const Reaction& r : first.all) more = (touches(r) && mark(r)) || more;
-  }
-  for (Reaction& r : first.all)
-    if (touches(r)) r.p.setZero();
-  for (std::size_t i = 0; i < closed.size(); ++i) {
-    if (!touches(closed[i])) continue;
-    slid[i].direction.setZero();
-    if (closed[i].of == Reaction::Of::JointFriction) closed[i].mu *= 2;  // bounds of both halves of the step
   }
 }
 
@@ -390,8 +370,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   const double speed = w.outcome.residuals.speed;
 
   // second stage, from the momentum that nu_½ carries to q+
-  w.close(s, x, h, speed);
-  w.take_back(model, s, x, h, speed);
+  w.close(model, s, x, h, speed);
   loads_at(model, w.end, w.moved, w.scratch, w.load);
   problem.kick(w.first.all, w.kick);
   carry(model, half, 2 * h, w.kick);  // half of the turn before nu_½, half after
@@ -417,7 +396,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   report_reactions(model, s, w.first.all, x.nu, half, speed, report);
   w.velocity_before = half;
   for (std::size_t i = 0; i < model.bodies().size(); ++i)
-    if (const Body& b = model.bodies()[i]; w.struck[i] != 0)
+    if (const Body& b = model.bodies()[i]; w.struck[i])
       w.velocity_before.segment(b.v0, b.nv) = x.nu.segment(b.v0, b.nv);
   report_reactions(model, w.end, w.closed, w.velocity_before, w.nu, speed, report);
   report_end(model, w.end, w.moved, report);

@@ -162,9 +162,11 @@ struct NcpStepper::Workspace {
   NewtonOutcome outcome, rebound;
   NewtonHistory history;
   StepReactions step;
-  std::vector<Reaction> closed;  // what restitution finds
+  StruckBodies struck;
+  std::vector<Reaction> closed;     // what an impact finds
+  std::vector<std::size_t> source;  // of each, in step.all
   std::vector<RelativeVelocity> velocities;
-  Vector nu, gained, momentum;
+  Vector nu, gained, before, load, momentum;
 };
 
 NcpStepper::NcpStepper(NcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
@@ -214,32 +216,50 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
                 "residual " + shortest(e.largest()) + " m/s is above " + shortest(options_.tolerance) +
                     " of the speed " + shortest(e.speed) + " m/s");
 
-  // impacts, and restitution, at velocity level, over the contacts that closed
-  const std::vector<Reaction>* final = &w.step.all;
-  bool bounces = false;
-  w.closed.clear();
-  w.velocities.clear();
+  // impacts, and restitution, at velocity level, over the contacts that closed, for the bodies that they reach
+  w.struck.clear(model);
   for (const Reaction& r : w.step.all) {
     const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
-    if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0))) continue;
-    w.closed.push_back(r);
-    Vector3 bias = Vector3::Zero();
-    if (c != nullptr) {
-      bias = options_.directions == Directions::End || before == nullptr ? c->bias : before->bias;
-      const double approach = before == nullptr ? 0 : std::min(before->velocity(x.nu).x(), 0.0);
-      bias.x() += c->e * approach;
-      bounces = bounces || c->e * approach < 0;
-      bounces = bounces || (before != nullptr && strikes(*before, x, w.gained, h, e.speed));
-    } else if (r.of == Reaction::Of::JointRow) {
-      bias.x() = w.end.joint_rows[at(r.source)].psi_b_t;
-    } else {
-      bias.y() = w.end.joint_frictions[at(r.source)].psi_b_t;
-    }
-    w.velocities.push_back({r.W, bias});
+    if (c == nullptr || before == nullptr || !(r.p.x() > 0)) continue;
+    const bool bounces = c->e * before->velocity(x.nu).x() < 0;
+    if (bounces || strikes(*before, x, w.gained, h, e.speed)) w.struck.add(r);
   }
-  if (bounces) {
-    multiply_mass(model, w.end, x.nu, w.momentum);
-    w.momentum += h * w.end.k;
+  w.struck.spread(w.step.all);
+  if (w.struck.any()) {
+    w.closed.clear();
+    w.source.clear();
+    w.velocities.clear();
+    for (std::size_t i = 0; i < w.step.all.size(); ++i) {
+      const Reaction& r = w.step.all[i];
+      const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
+      if (!w.struck.touches(r)) continue;
+      const bool touched = before != nullptr && touches(*before, h, e.speed);
+      if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0 || touched))) continue;
+      Vector3 bias = Vector3::Zero();
+      if (c != nullptr) {
+        bias = options_.directions == Directions::End || before == nullptr ? c->bias : before->bias;
+        const double approach = before == nullptr ? 0 : std::min(before->velocity(x.nu).x(), 0.0);
+        bias.x() += c->e * approach;
+      } else if (r.of == Reaction::Of::JointRow) {
+        bias.x() = w.end.joint_rows[at(r.source)].psi_b_t;
+      } else {
+        bias.y() = w.end.joint_frictions[at(r.source)].psi_b_t;
+      }
+      w.closed.push_back(r);
+      w.source.push_back(i);
+      w.velocities.push_back({r.W, bias});
+    }
+    // the others keep the velocities that they have
+    w.before = nu;
+    w.load.setZero(nu.size());
+    for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+      const Body& b = model.bodies()[i];
+      if (!w.struck[i]) continue;
+      w.before.segment(b.v0, b.nv) = x.nu.segment(b.v0, b.nv);
+      w.load.segment(b.v0, b.nv) = h * w.end.k.segment(b.v0, b.nv);
+    }
+    multiply_mass(model, w.end, w.before, w.momentum);
+    w.momentum += w.load;
     VelocityLevel level(model, w.end, w.momentum, w.velocities);
     w.newton.solve(model, w.end, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
     report.iterations += w.rebound.iterations;
@@ -248,19 +268,19 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
                   "the rebound's residual is " + shortest(w.rebound.residuals.largest()) + " m/s");
     report.residuals.normal = std::max(report.residuals.normal, w.rebound.residuals.normal);
     report.residuals.friction = std::max(report.residuals.friction, w.rebound.residuals.tangential);
-    final = &w.closed;
+    for (std::size_t k = 0; k < w.closed.size(); ++k) w.step.all[w.source[k]] = w.closed[k];
   }
 
   State next = moved;
   next.nu = nu;
-  if (bounces) evaluate(model, next, w.end, &s, w.start.near());
-  report_reactions(model, options_.directions == Directions::End ? w.end : s, *final, x.nu, nu, e.speed,
+  if (w.struck.any()) evaluate(model, next, w.end, &s, w.start.near());
+  report_reactions(model, options_.directions == Directions::End ? w.end : s, w.step.all, x.nu, nu, e.speed,
                    report);
   report_end(model, w.end, next, report);
   report.status = StepStatus::Solved;
-  keep_impulses(model, *final, report, next, w.last);
+  keep_impulses(model, w.step.all, report, next, w.last);
   if (options_.reactions == Reactions::MinimumNorm) {
-    if (final != &w.closed) w.closed = *final;
+    w.closed = w.step.all;
     take_least(model, w.end, e.speed, w.closed);
     begin_reactions(model, report);
     report_reactions(model, options_.directions == Directions::End ? w.end : s, w.closed, x.nu, nu, e.speed,

@@ -36,10 +36,19 @@ double newton_euler_residual(const Model& model, const Instant& start, const Vec
 
 }  // namespace
 
+namespace {
+
+constexpr double contact_rounding = 1e-7;  // of a step's speeds
+
+}  // namespace
+
+bool touches(const ContactInstant& c, double h, double speed) {
+  return c.psi_n <= contact_rounding * h * speed;
+}
+
 bool strikes(const ContactInstant& c, const State& x, const Vector& gained, double h, double speed) {
-  constexpr double rounding = 1e-7;  // of the step's speeds
   const double by_loads = 2 * std::abs(c.W.velocity(gained).x());
-  return c.psi_n > rounding * h * speed && c.velocity(x.nu).x() < -(by_loads + rounding * speed);
+  return !touches(c, h, speed) && c.velocity(x.nu).x() < -(by_loads + contact_rounding * speed);
 }
 
 double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,

@@ -53,6 +53,9 @@ void add_joint_reaction(const JointRowInstant& row, double p, StepReport& report
 void add_joint_friction(const JointRowInstant& along, double p, ContactMode mode, StepReport& report);
 void end_joints(const Instant& end, const Vector& nu, StepReport& report);  ///< where the coordinates are
 
+/// Whether contact c is closed but for rounding in a step of these speeds.
+bool touches(const ContactInstant& c, double h, double speed);
+
 /// Whether contact c, as it is at the start x of a step of these speeds, is open and meets faster than loads, which alone change
 /// velocities by `gained`, make it: an impact. Its law is for all of its impulse at once: friction of an impulse in two parts, each
 /// with a law of its own, need not be that of their sum, however small the step.

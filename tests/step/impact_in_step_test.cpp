@@ -5,6 +5,7 @@
 #include "perp/step/impact.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/methods.hpp"
+#include "perp/step/ncp_stepper.hpp"
 #include "tests/instant/random_systems.hpp"
 
 using namespace perp;
@@ -33,27 +34,34 @@ struct ThrownRod {
   }
 };
 
-/// A ball that flies at the side of a block which lies on a rough floor, and the state when they meet.
-struct StruckBlock {
+/// A ball that flies at the upper end of a leaning rod whose foot slides along a rough floor, and the state when they meet.
+struct StruckRod {
   Model model;
   State touching;
 
-  StruckBlock(Random& random, double e) {
+  StruckRod(Random& random, double e) {
     model.set_gravity(Vector3::Zero());
-    const BodyId ball = model.add_particle(0.5, {.name = "ball"});
-    const BodyId block = model.add_particle(1, {.name = "block"});  // that does not turn
-    const Vector3 n(1, -random.positive(), 0);
-    const Gap side = [n = Vector3(n.normalized())](const Pose& A, const Pose& B, double) {
-      return ContactPoint{.gap = n.dot(B.p - A.p), .normal = n, .point = B.p};
+    const double angle = 0.5 + 0.4 * random.positive();
+    const Vector3 along(0.5 * std::cos(angle), 0.5 * std::sin(angle), 0);
+    const BodyId ball = model.add_particle(random.positive(), {.name = "ball"});
+    const BodyId rod = model.add_planar_body(1, 1.0 / 12, {.name = "rod"});
+    const Vector3 n = Vector3(1, -random.positive(), 0).normalized();
+    const Gap head = [n](const Pose& A, const Pose& B, double) {
+      const Vector3 end = B * Vector3(0.5, 0, 0);
+      return ContactPoint{.gap = n.dot(end - A.p), .normal = n, .point = end};
     };
-    const Gap floor = [](const Pose&, const Pose& X, double) {
-      return ContactPoint{.gap = X.p.y(), .normal = Vector3::UnitY(), .point = X.p};
+    const Gap foot = [](const Pose&, const Pose& X, double) {
+      const Vector3 end = X * Vector3(-0.5, 0, 0);
+      return ContactPoint{.gap = end.y(), .normal = Vector3::UnitY(), .point = end};
     };
-    model.add_contact(ball, block, side, {.mu = 0.2, .e = e});
-    model.add_contact(ground, block, floor, {.mu = 0.3 * random.positive()});
+    model.add_contact(ball, rod, head, {.mu = 0.2, .e = e});
+    model.add_contact(ground, rod, foot, {.mu = 0.3 * random.positive()});
     touching = model.rest();
+    model.set_orientation(touching, rod, rotation({0, 0, angle}));
+    model.set_position(touching, rod, along);
+    model.set_position(touching, ball, 2 * along);
     model.set_velocity(touching, ball, {2, -0.5 * random.positive(), 0});
-    model.set_velocity(touching, block, {random.number(), 0, 0});
+    model.set_velocity(touching, rod, {random.number(), 0, 0});
   }
 };
 
@@ -99,7 +107,7 @@ TEST_CASE("what an impact drives into the floor has one law too", "[impact][step
   const auto stepper = make_stepper(method, {.edges = 4});  // the floor's friction is along x: exact
   Random random(6);
   for (int i = 0; i < 100; ++i) {
-    const StruckBlock struck(random, e);
+    const StruckRod struck(random, e);
     const Impact law = solve_impact(struck.model, struck.touching);
     REQUIRE(law.solved);
     State x = struck.touching;
@@ -114,6 +122,29 @@ TEST_CASE("what an impact drives into the floor has one law too", "[impact][step
     CAPTURE(x.nu.transpose());
     CHECK((x.nu - law.nu).norm() < 1e-4);
   }
+}
+
+TEST_CASE("an impact under ncp leaves bodies that it does not reach as they are", "[impact][step]") {
+  Model model;
+  const BodyId falls = model.add_particle(1), flies = model.add_particle(1);
+  const Gap floor = [](const Pose&, const Pose& X, double) {
+    return ContactPoint{.gap = X.p.z(), .normal = Vector3::UnitZ(), .point = X.p};
+  };
+  model.add_contact(ground, falls, floor, {.mu = 0.1, .e = 0.5});
+  model.add_spring({.a = ground, .b = flies, .stiffness = 1e4});
+  State x = model.rest();
+  model.set_position(x, falls, {0, 0, 5e-4});
+  model.set_velocity(x, falls, {0, 0, -1});
+  model.set_position(x, flies, {1, 0, 0});
+  NcpStepper ncp;
+  const State start = x;
+  const StepReport report = ncp.step(model, x, 1e-3);
+  REQUIRE(report.advanced());
+  CHECK(x.nu[2] == Approx(0.5).epsilon(1e-12));
+  CHECK((x.q - start.q)
+            .segment<3>(3)
+            .isApprox(1e-3 * x.nu.segment<3>(3), 1e-12));  // implicit: with the velocity at the end
+  CHECK(x.nu[3] == Approx(-10.0 / 1.01).epsilon(1e-9));
 }
 
 TEST_CASE("joint friction has its impulse of a step in one with an impact as well", "[impact][step][joint]") {
