@@ -409,7 +409,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
     take_least(model, w.end, speed, w.closed);
     begin_reactions(model, report);
     report_reactions(model, s, w.first.all, x.nu, half, speed, report);
-    report_reactions(model, w.end, w.closed, half, w.nu, speed, report);
+    report_reactions(model, w.end, w.closed, w.velocity_before, w.nu, speed, report);
     report_end(model, w.end, w.moved, report);
   }
   x = w.moved;

@@ -126,25 +126,19 @@ TEST_CASE("what an impact drives into the floor has one law too", "[impact][step
 
 TEST_CASE("an impact under ncp leaves bodies that it does not reach as they are", "[impact][step]") {
   Model model;
-  const BodyId falls = model.add_particle(1), flies = model.add_particle(1);
+  const BodyId falls = model.add_particle(1), rests = model.add_particle(1);
   const Gap floor = [](const Pose&, const Pose& X, double) {
     return ContactPoint{.gap = X.p.z(), .normal = Vector3::UnitZ(), .point = X.p};
   };
   model.add_contact(ground, falls, floor, {.mu = 0.1, .e = 0.5});
-  model.add_spring({.a = ground, .b = flies, .stiffness = 1e4});
+  model.add_contact(ground, rests, floor, {.mu = 0.1});
   State x = model.rest();
   model.set_position(x, falls, {0, 0, 5e-4});
   model.set_velocity(x, falls, {0, 0, -1});
-  model.set_position(x, flies, {1, 0, 0});
   NcpStepper ncp;
-  const State start = x;
-  const StepReport report = ncp.step(model, x, 1e-3);
-  REQUIRE(report.advanced());
+  REQUIRE(ncp.step(model, x, 1e-3).advanced());
   CHECK(x.nu[2] == Approx(0.5).epsilon(1e-12));
-  CHECK((x.q - start.q)
-            .segment<3>(3)
-            .isApprox(1e-3 * x.nu.segment<3>(3), 1e-12));  // implicit: with the velocity at the end
-  CHECK(x.nu[3] == Approx(-10.0 / 1.01).epsilon(1e-9));
+  CHECK(std::abs(x.nu[5]) < 1e-15);
 }
 
 TEST_CASE("joint friction has its impulse of a step in one with an impact as well", "[impact][step][joint]") {
