@@ -94,6 +94,12 @@ std::vector<FrictionIsland> friction_islands(const FrictionProblem& problem) {
       p.q = problem.q(rows[i]);
       continue;
     }
+    if (velocities[i].empty()) {  // contacts of nothing that moves: u = w
+      const auto size = static_cast<Eigen::Index>(rows[i].size());
+      p.W = Matrix::Zero(size, size);
+      p.q = problem.w(rows[i]);
+      continue;
+    }
     p.M = part(problem.M, velocities[i], velocities[i]);
     p.H = part(problem.H, velocities[i], rows[i]);
     p.f = problem.f(velocities[i]);

@@ -112,6 +112,22 @@ TEST_CASE("problems side by side end as they do each alone", "[friction]") {
   CHECK(none > 10);
 }
 
+TEST_CASE("a contact of nothing that moves is open or has no solution, whatever is beside it", "[friction]") {
+  FrictionProblem problem = cube_on_plane({3, 4, -10}, 0.2);
+  Matrix H = Matrix::Zero(6, 15);
+  H.leftCols(12) = problem.H.to_dense();
+  problem.H = H;
+  problem.mu = Vector::Constant(5, 0.2);
+  problem.w = Vector::Zero(15);
+  problem.w(12) = 1;
+  CHECK(solve_friction(problem).solved());
+  problem.w(12) = -1;
+  const FrictionSolution s = solve_friction(problem);
+  REQUIRE(s.status == FrictionStatus::NoSolution);
+  CHECK(s.certificate.head(12).norm() == 0);
+  CHECK(s.certificate(12) > 0);
+}
+
 TEST_CASE("the same problem gives the same bits", "[friction]") {
   const FrictionProblem problem = random_friction_problem(77);
   const FrictionSolution a = solve_friction(problem), b = solve_friction(problem);
