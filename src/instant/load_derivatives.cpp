@@ -52,35 +52,48 @@ void differentiate_spring(const Model& model, const Spring& spring, const Instan
   }
 }
 
+/// Slopes of a function of the whole state by the motion and by the velocity of one body, R rows.
+template <int R>
+struct StateSlopes {
+  Eigen::Matrix<double, R, 6> xi = Eigen::Matrix<double, R, 6>::Zero(), nu = xi;
+  bool none() const { return xi.isZero(0) && nu.isZero(0); }
+};
+
+/// By central differences.
+template <int R, class Value>
+StateSlopes<R> state_slopes(const Model& model, const State& x, const Body& body, const Value& value) {
+  constexpr double step = 1e-6;  // [m, rad], [m/s, rad/s]
+  StateSlopes<R> slopes;
+  Vector unit = Vector::Zero(model.nv());
+  for (int i = 0; i < body.nv; ++i) {
+    State before = x, after = x;
+    unit[body.v0 + i] = 1;
+    move(model, unit, -step, before.q);
+    move(model, unit, step, after.q);
+    unit[body.v0 + i] = 0;
+    slopes.xi.col(i).array() = (value(after) - value(before)) / (2 * step);
+    before.q = after.q = x.q;
+    before.nu[body.v0 + i] -= step;
+    after.nu[body.v0 + i] += step;
+    slopes.nu.col(i).array() = (value(after) - value(before)) / (2 * step);
+  }
+  return slopes;
+}
+
 void differentiate_force(const Model& model, const BodyForce& load, const State& x,
                          std::vector<LoadDerivative>& out) {
-  constexpr double step = 1e-6;  // [m, rad], [m/s, rad/s]
   const Body& body = model.body(load.body);
   if (body.nv == 0) return;
   const auto value = [&](const State& y) {
     const Wrench wrench = load.wrench(model, y);
     Eigen::Matrix<double, 6, 1> f;
     f << wrench.force, wrench.moment;
-    return Eigen::Matrix<double, 6, 1>(twist_of(body, model.pose(y, load.body).R()).transpose() * f);
+    return Eigen::Array<double, 6, 1>(twist_of(body, model.pose(y, load.body).R()).transpose() * f);
   };
-  Vector unit = Vector::Zero(model.nv());
   for (std::size_t j = 0; j < model.bodies().size(); ++j) {
-    const Body& other = model.bodies()[j];
-    if (other.nv == 0) continue;
-    LoadDerivative block{load.body.index, static_cast<int>(j), Matrix6::Zero(), Matrix6::Zero()};
-    for (int i = 0; i < other.nv; ++i) {
-      State before = x, after = x;
-      unit[other.v0 + i] = 1;
-      move(model, unit, -step, before.q);
-      move(model, unit, step, after.q);
-      unit[other.v0 + i] = 0;
-      block.xi.col(i) = (value(after) - value(before)) / (2 * step);
-      before.q = after.q = x.q;
-      before.nu[other.v0 + i] -= step;
-      after.nu[other.v0 + i] += step;
-      block.nu.col(i) = (value(after) - value(before)) / (2 * step);
-    }
-    if (!block.xi.isZero(0) || !block.nu.isZero(0)) out.push_back(block);
+    if (model.bodies()[j].nv == 0) continue;
+    const StateSlopes<6> slopes = state_slopes<6>(model, x, model.bodies()[j], value);
+    if (!slopes.none()) out.push_back({load.body.index, static_cast<int>(j), slopes.xi, slopes.nu});
   }
 }
 
@@ -116,33 +129,19 @@ void differentiate_effort(const Model& model, const Instant& s, const JointRowIn
 /// W f with f a function of the whole state: its own slopes by central differences.
 void differentiate_motor(const Model& model, const JointMotor& motor, const State& x, const Instant& s,
                          std::vector<LoadDerivative>& out) {
-  constexpr double step = 1e-6;  // [m, rad], [m/s, rad/s]
   const JointRowInstant& c = s.coordinate(motor.joint, motor.coordinate);
   const auto effort = [&](const State& y) {
     return motor.effort(model, y, model.coordinate(y, motor.joint, motor.coordinate),
                         model.coordinate_rate(y, motor.joint, motor.coordinate));
   };
   differentiate_effort(model, s, c, effort(x), 0, 0, out);
-  Vector unit = Vector::Zero(model.nv());
   for (std::size_t j = 0; j < model.bodies().size(); ++j) {
-    const Body& other = model.bodies()[j];
-    if (other.nv == 0) continue;
-    Eigen::Matrix<double, 1, 6> xi = Eigen::Matrix<double, 1, 6>::Zero(), nu = xi;
-    for (int i = 0; i < other.nv; ++i) {
-      State before = x, after = x;
-      unit[other.v0 + i] = 1;
-      move(model, unit, -step, before.q);
-      move(model, unit, step, after.q);
-      unit[other.v0 + i] = 0;
-      xi[i] = (effort(after) - effort(before)) / (2 * step);
-      before.q = after.q = x.q;
-      before.nu[other.v0 + i] -= step;
-      after.nu[other.v0 + i] += step;
-      nu[i] = (effort(after) - effort(before)) / (2 * step);
-    }
-    if (xi.isZero(0) && nu.isZero(0)) continue;
-    if (c.W.na > 0) out.push_back({c.W.a, static_cast<int>(j), c.W.A * xi, c.W.A * nu});
-    if (c.W.nb > 0) out.push_back({c.W.b, static_cast<int>(j), c.W.B * xi, c.W.B * nu});
+    if (model.bodies()[j].nv == 0) continue;
+    const StateSlopes<1> slopes = state_slopes<1>(model, x, model.bodies()[j], effort);
+    if (slopes.none()) continue;
+    const int column = static_cast<int>(j);
+    if (c.W.na > 0) out.push_back({c.W.a, column, c.W.A * slopes.xi, c.W.A * slopes.nu});
+    if (c.W.nb > 0) out.push_back({c.W.b, column, c.W.B * slopes.xi, c.W.B * slopes.nu});
   }
 }
 
