@@ -1,16 +1,10 @@
-// Robots from URDF files: what they become, how they move, what of the file is said not to be used, and what is refused.
-#include "perp/io/urdf.hpp"
+// Robots from URDF files: what they become and how they move.
+#include "robots.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <random>
 
-#include "perp/core/errors.hpp"
 #include "perp/instant/instant.hpp"
-#include "perp/io/scene_file.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/ncp2_stepper.hpp"
 #include "perp/step/simulate.hpp"
@@ -30,51 +24,13 @@ TEST_CASE("without urdfdom a robot is refused with the package that it needs", "
 
 namespace {
 
-const std::filesystem::path robots =
-    std::filesystem::path(PERP_TEST_FOLDER) / ".." / ".." / "examples" / "robots";
-
 Scene example(const std::string& name, const SceneParameters& set = {}) {
   return load_scene((robots / (name + ".urdf")).string(), set);
-}
-
-std::string contents(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  REQUIRE(in);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::string inertial(double mass, double ixx, double iyy, double izz, const std::string& origin = "") {
-  return "<inertial><origin " + origin + "/><mass value=\"" + shortest(mass) + "\"/><inertia ixx=\"" +
-         shortest(ixx) + "\" ixy=\"0\" ixz=\"0\" iyy=\"" + shortest(iyy) + "\" iyz=\"0\" izz=\"" +
-         shortest(izz) + "\"/></inertial>";
-}
-
-std::string xml_link(const std::string& name, const std::string& what = "") {
-  return "<link name=\"" + name + "\">" + what + "</link>";
-}
-
-std::string xml_joint(const std::string& name, const std::string& type, const std::string& parent,
-                      const std::string& child, const std::string& what = "") {
-  return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
-         "\"/><child link=\"" + child + "\"/>" + what + "</joint>";
-}
-
-std::string robot(const std::string& what) { return "<robot name=\"r\">\n" + what + "</robot>\n"; }
-
-Scene read(const std::string& what, const SceneParameters& set = {}) {
-  return read_urdf(robot(what), "r.urdf", set);
-}
-
-/// One link on one joint with the world.
-std::string held(const std::string& type, const std::string& what, const std::string& of_joint) {
-  return xml_link("world") + xml_link("l", what) + xml_joint("j", type, "world", "l", of_joint);
 }
 
 State end_of(const Scene& s, Stepper& stepper, double t_end, double h) {
   return simulate(s.model, stepper, s.start, {.t_end = t_end, .h = h}).back();
 }
-
-const std::string stops_far = "<limit lower=\"-1000\" upper=\"1000\" effort=\"1\" velocity=\"1\"/>";
 
 /// Fixed-axis angles: Rz(yaw) Ry(pitch) Rx(roll), written out.
 Matrix3 turned(double roll, double pitch, double yaw) {
@@ -315,119 +271,6 @@ TEST_CASE("a joint that mimics another on the ground is geared to it, and others
     CHECK(other.model.joints().size() == 2);
     CHECK_THAT(other.unused.at(0), Contains("<mimic> of joint 'k'"));
   }
-}
-
-TEST_CASE("what of a file does not enter is listed with its line", "[urdf]") {
-  const std::string text =
-      "<robot name=\"r\" kind=\"walker\">\n<material name=\"blue\"><color rgba=\"0 0 1 1\"/></material>\n" +
-      xml_link("base", "<visual name=\"shell\"><geometry><sphere radius=\"1\"/></geometry></visual>\n" +
-                           inertial(1, 0.1, 0.1, 0.1) +
-                           "\n<collision><geometry><mesh filename=\"foot.stl\"/></geometry></collision>") +
-      "\n" + xml_link("l", inertial(1, 0.1, 0.1, 0.1)) + xml_link("k", inertial(1, 0.1, 0.1, 0.1)) + "\n" +
-      xml_joint("j", "continuous", "base", "l",
-                "<limit effort=\"3\" velocity=\"4\"/>\n<calibration rising=\"0\"/><safety_controller "
-                "k_velocity=\"1\"/>") +
-      "\n" + xml_joint("f", "floating", "l", "k", "<dynamics damping=\"1\"/>") +
-      "\n<gazebo reference=\"l\"/>\n<transmission name=\"t\"/>\n</robot>";
-  const std::vector<std::string> expected{
-      "r.urdf:1: kind in <robot>",
-      "r.urdf:2: <material> 'blue'",
-      "r.urdf:3: <visual> 'shell' of link 'base'",
-      "r.urdf:5: <mesh> of link 'base'",
-      "r.urdf:7: effort in <limit> of joint 'j'",
-      "r.urdf:7: velocity in <limit> of joint 'j'",
-      "r.urdf:8: <calibration> of joint 'j'",
-      "r.urdf:8: <safety_controller> of joint 'j'",
-      "r.urdf:9: <dynamics> of joint 'f', floating",
-      "r.urdf:10: <gazebo>",
-      "r.urdf:11: <transmission> 't'",
-  };
-  CHECK(read_urdf(text, "r.urdf").unused == expected);
-}
-
-TEST_CASE("what is not a robot is refused with the file and the line", "[urdf]") {
-  const std::string heavy = inertial(1, 0.1, 0.1, 0.1);
-  struct Bad {
-    std::string text, message;
-  };
-  const std::vector<Bad> bad{
-      {"", "r.urdf:1:1: "},
-      {"<robot name=\"r\">\n<link name=\"l\">\n</robot>", "r.urdf:"},
-      {"<sdf/>", "r.urdf:1:1: the element <sdf>, a URDF file needs to be one <robot>"},
-      {robot(""), "r.urdf:1:1: 'No link elements found in urdf file'"},
-      {robot(xml_link("l") + "\n" + xml_link("l")), "r.urdf:2:1: 'link 'l' is not unique.'"},
-      {robot(xml_link("l") + "\n" + xml_link("k") + "\n" + xml_joint("j", "revolute", "l", "k")),
-       "r.urdf:4:1: 'Joint [j] is of type REVOLUTE"},
-      {robot(xml_link("l") + "\n" + xml_link("k") + "\n" + xml_joint("j", "hinge", "l", "k")),
-       "r.urdf:4:1: 'Joint [j] has no known type [hinge]"},
-      {robot(xml_link("l") + "\n" + xml_joint("j", "fixed", "l", "k")), "r.urdf:3:1: "},
-      {robot(xml_link("l") + xml_link("k")), "r.urdf:"},
-      {robot(xml_link("l") + xml_link("k") + xml_link("m") + xml_joint("j", "fixed", "l", "m") + "\n" +
-             xml_joint("i", "fixed", "k", "m")),
-       "r.urdf:"},
-      {robot(xml_link("l") + "\n" + xml_link("a") + xml_link("b") + xml_joint("j", "fixed", "a", "b") +
-             xml_joint("i", "fixed", "b", "a")),
-       "r.urdf:3:1: link 'a' in a loop of joints"},
-      {robot(xml_link("l", inertial(-1, 0.1, 0.1, 0.1))), "r.urdf:2:1: the mass -1 of link 'l'"},
-      {robot("\n" + xml_link("l", inertial(1, 1, 0.1, 0.1))), "r.urdf:3:1: link 'l': "},
-      {robot(held("revolute", heavy, "\n<axis xyz=\"0 0 0\"/>" + stops_far)),
-       "r.urdf:2:1: joint 'j': joint: axis is 0"},
-      {robot(held("revolute", heavy, "<limit lower=\"2\" upper=\"1\" effort=\"1\" velocity=\"1\"/>")),
-       "r.urdf:2:1: joint 'j': add_limit"},
-      {robot(held("revolute", heavy, "<dynamics friction=\"-1\"/>" + stops_far)), "r.urdf:2:1: joint 'j': "},
-      {robot(xml_link("l", heavy + "<collision><geometry><sphere radius=\"-1\"/></geometry></collision>")),
-       "r.urdf:2:1: collision shape 'l': sphere_on_plane: radius is -1"},
-      {robot(xml_link("l", "<inertial><mass value=\"heavy\"/></inertial>")), "r.urdf:2:1: "},
-  };
-  for (const Bad& b : bad) {
-    CAPTURE(b.text);
-    try {
-      (void)read_urdf(b.text, "r.urdf");
-      FAIL("was read");
-    } catch (const std::invalid_argument& error) {
-      CHECK_THAT(error.what(), StartsWith(b.message));
-    }
-  }
-  std::string deep;
-  for (int i = 0; i < 100000; ++i) deep += "<link>";
-  CHECK_THROWS_WITH(read_urdf(deep, "r.urdf"), Contains("nest deeper than 100"));
-  CHECK_THROWS_WITH(read(xml_link("l", heavy), {{"m", 1}}),
-                    Contains("parameter is m, needs to be one of base.fixed"));
-  CHECK_THROWS_WITH(read(xml_link("l", heavy), {{"floor", 2}}), Contains("floor is 2, needs to be 0 or 1"));
-}
-
-TEST_CASE("a robot's file with bytes changed is read or refused", "[urdf]") {
-  const std::string good = contents(robots / "arm.urdf");
-  std::mt19937 random(7);
-  int refused = 0;
-  constexpr int tries = 400;
-  for (int i = 0; i < tries; ++i) {
-    std::string text = good;
-    const std::size_t at = random() % text.size();
-    const char letters[] = "<>/\"=-x0 \n\x80";
-    switch (random() % 4) {
-      case 0:
-        text[at] = letters[random() % (sizeof letters - 1)];
-        break;
-      case 1:
-        text.erase(at, 1 + random() % 40);
-        break;
-      case 2:
-        text.insert(at, text.substr(random() % text.size(), random() % 200));
-        break;
-      default:
-        text.resize(at);
-    }
-    try {
-      const Scene s = read_urdf(text, "r.urdf");
-      s.model.check("start", s.start);
-    } catch (const std::invalid_argument& error) {
-      REQUIRE_THAT(error.what(), StartsWith("r.urdf"));
-      ++refused;
-    }
-  }
-  CHECK(refused > tries / 4);
-  CHECK(refused < tries);
 }
 
 TEST_CASE("the example's arm swings down against its friction, stays within its stops, and hangs still",
