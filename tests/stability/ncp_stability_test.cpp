@@ -267,13 +267,14 @@ TEST_CASE("a card stands on a floor rough enough and slides on one a thousandth 
   CHECK(course(scene("card", {{"mu", 0.2885}}), method, 2, 0.001).drift > 0.01);
 }
 
-TEST_CASE("an arch of thickness .112 stands and one of .103 falls", "[stability]") {
-  const auto method = GENERATE("ncp", "ncp2");
-  const Scene thick = scene("arch"), thin = scene("arch", {{"thickness", 0.103}});
-  stands(thick, method, 2, 0.01, 1e-6);
-  const Course c = course(thin, method, 0.6, 0.01);
-  CAPTURE(method, c.steps);
-  CHECK(c.drift > 1e-3);
+TEST_CASE("an arch of thickness .112 stands, with directions at the end and of second order", "[stability]") {
+  stands(scene("arch"), GENERATE("ncp", "ncp2"), 2, 0.01, 1e-6);
+}
+
+TEST_CASE("an arch of thickness .103 falls, with directions at the end and of second order", "[stability]") {
+  const Course c = course(scene("arch", {{"thickness", 0.103}}), GENERATE("ncp", "ncp2"), 0.4, 0.01);
+  CAPTURE(c.steps);
+  CHECK(c.drift > 0.05);
 }
 
 TEST_CASE("a wedge and a peg stay jammed while friction's angle spans them, and let go below",
