@@ -23,6 +23,8 @@ struct Directions {
 
   /// (W p)' by the twists of both bodies, in their coordinates: of the wrench s (F, r x F + A) on each, seen from the body.
   void force(const Eigen::Matrix<double, C, 1>& p, Eigen::Matrix<double, 12, 12>& out) const {
+    out.setZero();
+    if (p.isZero(0)) return;
     Vector3 F = Vector3::Zero(), A[2] = {F, F};
     Columns dF = Columns::Zero(), dA[2] = {dF, dF};
     for (int j = 0; j < C; ++j) {
@@ -33,7 +35,6 @@ struct Directions {
         dA[i] += p[j] * d_angular[i][j];
       }
     }
-    out.setZero();
     for (int i = 0; i < 2; ++i) {
       const Side& s = side[i];
       if (s.body.nv == 0) continue;

@@ -256,7 +256,7 @@ void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, c
 }
 
 double gap_rounding(const State& x, double h) {
-  return 4 * std::numeric_limits<double>::epsilon() * std::max(1.0, x.q.cwiseAbs().maxCoeff()) / h;
+  return 4 * std::numeric_limits<double>::epsilon() * std::max(1.0, x.q.lpNorm<Eigen::Infinity>()) / h;
 }
 
 }  // namespace perp

@@ -52,7 +52,7 @@ double JointProjection::move_onto(const Model& model, State& x, Instant& s) {
     x.q = q_best_;
     evaluate(model, x, s);
   }
-  return (q_best_ - q_start_).cwiseAbs().maxCoeff();
+  return (q_best_ - q_start_).lpNorm<Eigen::Infinity>();
 }
 
 }  // namespace perp

@@ -115,10 +115,12 @@ void NonsmoothNewton::find_islands(const Model& model, const std::vector<Reactio
 
 bool NonsmoothNewton::evaluate(const Model& model, StepProblem& problem, const Options& options,
                                const Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
-  return problem.evaluate(nu, reactions, R_) && judge(model, options, nu, reactions, outcome);
+  if (!problem.evaluate(nu, reactions, R_)) return outcome.converged = false;
+  for (const Reaction& r : reactions) r.W.add_impulse(-r.p, R_);
+  return judge(model, options, nu, reactions, outcome);
 }
 
-/// Residuals, merits and F, P at the guess evaluated last.
+/// Residuals, merits and F, P at the guess evaluated last; false if they are not finite.
 bool NonsmoothNewton::judge(const Model& model, const Options& options, const Vector& nu,
                             const std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
   for (Island& island : islands_) {
@@ -129,7 +131,6 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     LinearizedReaction& row = rows_[i];
-    r.W.add_impulse(-r.p, R_);
     row.rho = 1;
     alart_curnier(r, row);
     const Vector3 miss = r.w * row.F.cwiseAbs();
@@ -165,10 +166,14 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
   }
   StepResiduals& all = outcome.residuals;
   all = {};
-  outcome.converged = true;
+  outcome.converged = std::all_of(islands_.begin(), islands_.end(),
+                                  [](const Island& island) { return std::isfinite(island.merit); });
+  if (!outcome.converged) {
+    all.momentum = not_set;
+    return false;
+  }
   for (Island& island : islands_) {
     const StepResiduals& e = island.residuals;
-    if (!std::isfinite(island.merit)) return false;
     constexpr double eps = 16 * std::numeric_limits<double>::epsilon();
     island.floor = eps * e.speed + options.rounding;
     island.good = e.largest() <= options.tolerance * e.speed + options.rounding;
@@ -204,7 +209,7 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
   for (Island& island : islands_) {
     island.merits[iteration % memory] = island.merit;
     if (iteration == 0) island.merits.fill(island.merit);
-    island.t = island.residuals.largest() <= island.floor || (island.good && island.stalled > 0) ? 0 : 1;
+    island.t = island.at_rounding() || (island.good && island.stalled > 0) ? 0 : 1;
   }
   for (int halvings = 0;; ++halvings) {
     for (std::size_t i = 0; i < model.bodies().size(); ++i) {
@@ -281,9 +286,8 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
   keep_best(model, nu, reactions);
   for (int k = 0; k < options.most; ++k) {
     // an island at rounding is done, and one that is good but no longer gets better
-    if (std::all_of(islands_.begin(), islands_.end(), [](const Island& i) {
-          return i.residuals.largest() <= i.floor || (i.good && i.stalled > 0);
-        }))
+    if (std::all_of(islands_.begin(), islands_.end(),
+                    [](const Island& i) { return i.at_rounding() || (i.good && i.stalled > 0); }))
       break;
     if (k > 0 || outcome.iterations > 0) problem.differentiate(reactions, K_);
     regularise(reactions);
@@ -318,12 +322,18 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   const Vector start = nu;
   std::vector<Vector3> start_p(reactions.size());
   for (std::size_t i = 0; i < reactions.size(); ++i) start_p[i] = reactions[i].p;
+  // a first guess at rounding needs no slopes
+  find_islands(model, reactions);
+  if (!evaluate(model, problem, options, nu, reactions, outcome)) return;
+  if (!reactions.empty()) outcome.solver = "newton";
+  if (std::all_of(islands_.begin(), islands_.end(), [](const Island& i) { return i.at_rounding(); })) {
+    outcome.history.assign(1, outcome.residuals.largest());
+    return;
+  }
   // the couplings tie islands too: they are those of the first guess
-  if (!problem.evaluate(nu, reactions, R_)) return;
   problem.differentiate(reactions, K_);
   find_islands(model, reactions);
   if (!judge(model, options, nu, reactions, outcome)) return;
-  if (!reactions.empty()) outcome.solver = "newton";
   if (newton(model, problem, options, nu, reactions, outcome)) return;
 
   for (const bool ipopt : {false, true}) {

@@ -61,6 +61,7 @@ class NonsmoothNewton {
     int map = 0;             // in use: which of the steps rho
     double best = infinity;  // residual met, and how many iterations have not halved it
     int stalled = 0;
+    bool at_rounding() const { return good && residuals.largest() <= floor; }
   };
 
   void find_islands(const Model& model, const std::vector<Reaction>& reactions);

@@ -138,3 +138,30 @@ TEST_CASE("methods are found by name, and a wrong name lists them", "[methods]")
   for (const Method& m : methods()) CHECK(make_stepper(m.name)->name() == m.name);
   CHECK_THROWS_WITH(method("lpc"), Contains("lpc") && Contains("lcp, lcp-ap"));
 }
+
+TEST_CASE("a scene in which nothing moves runs under every method", "[simulate]") {
+  Model empty, prescribed;
+  prescribed.add_prescribed(PrescribedMotion::turntable({0, 0, 1}, 2, {{0, 0, 1}, Quaternion::Identity()}));
+  for (const Model* model : {&empty, &prescribed})
+    for (const char* method : {"lcp", "lcp-ap", "ncp", "ncp-start", "ncp2"}) {
+      CAPTURE(method, model->bodies().size());
+      const auto stepper = make_stepper(method);
+      const Trajectory run = simulate(*model, *stepper, model->rest(), {.t_end = 0.3, .h = 0.1});
+      CHECK(run.size() == 4);
+      CHECK(run.figures(2).residuals.newton_euler == 0);
+      CHECK(run.back().t == 0.3);
+    }
+}
+
+TEST_CASE("equations that overflow are no answer", "[simulate]") {
+  Slider s;
+  s.model.add_force(s.bead, [](const Model&, const State&) { return Wrench{{0, 0, -1e200}, {}}; });
+  for (const char* method : {"ncp", "ncp2"}) {
+    const auto stepper = make_stepper(method);
+    State x = s.x;
+    const StepReport report = stepper->step(s.model, x, 0.01);
+    CAPTURE(method, report.message, report.gap_min);
+    CHECK(report.status == StepStatus::NotFinite);
+    CHECK(x.q == s.x.q);
+  }
+}
