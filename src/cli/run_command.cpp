@@ -95,12 +95,12 @@ int run_scene(const RunArguments& arguments) {
   const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
   try {
     const Trajectory run = simulate(s.model, *stepper, start, {.t_end = until, .h = arguments.h});
-    write_run(arguments.folder, s.model, run, {.every = arguments.every});
+    write_run(arguments.folder, s.model, run, {.every = arguments.every, .halves = stepper->halves()});
     summarise(s, *stepper, run, arguments.folder);
     return Done;
   } catch (const StepFailure& failure) {
     write_run(arguments.folder, s.model, failure.trajectory,
-              {.every = arguments.every, .failed = &failure.report});
+              {.every = arguments.every, .failed = &failure.report, .halves = stepper->halves()});
     summarise(s, *stepper, failure.trajectory, arguments.folder);
     std::fprintf(stderr, "perp: %s: %s\n", s.name.c_str(), failure.what());
     return ToleranceNotReached;

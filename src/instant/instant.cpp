@@ -83,6 +83,9 @@ void evaluate_bodies(const Model& model, const State& x, Instant& s) {
   s.R.resize(n);
   s.V.resize(n);
   s.k.setZero(model.nv());
+  const bool loads = !model.forces().empty() || !model.springs().empty() || !model.joint_springs().empty();
+  s.k_load.setZero(loads ? model.nv() : 0);
+  s.k_motor.setZero(model.motors().empty() ? 0 : model.nv());
   s.masses.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const Body& body = model.bodies()[i];
@@ -116,12 +119,20 @@ void add_loads(const Model& model, const State& x, Instant& s) {
       const Vector3 e = d / l;
       const double rate = e.dot(s.V[b].at(x_b - s.X[b].p) - s.V[a].at(x_a - s.X[a].p));
       force += (spring.stiffness * spring.length - spring.damping * rate) * e;
+      if (spring.damping > 0) {
+        const Vector3 damping = -spring.damping * rate * e;
+        add(model.body(spring.a), s.R[a], at(-damping, x_a, s.X[a].p), s.k_load);
+        add(model.body(spring.b), s.R[b], at(damping, x_b, s.X[b].p), s.k_load);
+      }
     }
     add(model.body(spring.a), s.R[a], at(-force, x_a, s.X[a].p), s.k);
     add(model.body(spring.b), s.R[b], at(force, x_b, s.X[b].p), s.k);
   }
-  for (const BodyForce& load : model.forces())
-    add(model.body(load.body), s.R[index(load.body)], load.wrench(model, x), s.k);
+  for (const BodyForce& load : model.forces()) {
+    const Wrench wrench = load.wrench(model, x);
+    add(model.body(load.body), s.R[index(load.body)], wrench, s.k_load);
+    add(model.body(load.body), s.R[index(load.body)], wrench, s.k);
+  }
 }
 
 /// A row of a joint, with what it is to each of the two bodies.
@@ -181,12 +192,16 @@ void evaluate_joints(const Model& model, const State& x, Instant& s) {
 void evaluate_joint_loads(const Model& model, const State& x, Instant& s) {
   for (const JointSpring& spring : model.joint_springs()) {
     const JointRowInstant& c = s.coordinate(spring.joint, spring.coordinate);
-    const double effort = -spring.stiffness * (c.psi_b - spring.rest) - spring.damping * c.velocity(x.nu);
+    const double damping = -spring.damping * c.velocity(x.nu);
+    const double effort = -spring.stiffness * (c.psi_b - spring.rest) + damping;
     c.W.add_impulse(WrenchMap<1>::Columns(effort), s.k);
+    c.W.add_impulse(WrenchMap<1>::Columns(damping), s.k_load);
   }
   for (const JointMotor& motor : model.motors()) {
     const JointRowInstant& c = s.coordinate(motor.joint, motor.coordinate);
-    c.W.add_impulse(WrenchMap<1>::Columns(motor.effort(model, x, c.psi_b, c.velocity(x.nu))), s.k);
+    const WrenchMap<1>::Columns effort(motor.effort(model, x, c.psi_b, c.velocity(x.nu)));
+    c.W.add_impulse(effort, s.k);
+    c.W.add_impulse(effort, s.k_motor);
   }
 }
 

@@ -52,18 +52,28 @@ void add_state(CsvFile& file, const Model& model, const State& x) {
   file.end_row();
 }
 
-void add_contacts(CsvFile& file, const Model& model, const StepReport& report) {
+void add_contact(CsvFile& file, const Model& model, const StepReport& report, const ContactRow& row,
+                 bool halves) {
+  const Contact& contact = model.contacts()[static_cast<std::size_t>(row.contact)];
+  file.cell(report.t).cell((*report.point_names)[static_cast<std::size_t>(row.point)]);
+  file.cell(model.body(contact.a).name).cell(model.body(contact.b).name).cell(row.gap);
+  for (const double n : row.normal) file.cell(n);
+  file.cell(row.p_n);
+  for (const double p : row.impulse) file.cell(p);
+  for (int i = 0; i < 3; ++i)
+    file.cell(report.h > 0 ? std::isnan(row.force[i]) ? row.impulse[i] / report.h : row.force[i]
+                           : row.force[i]);
+  file.cell(name_of(row.mode));
+  if (halves) file.cell(row.half);
+  file.end_row();
+}
+
+void add_contacts(CsvFile& file, const Model& model, const StepReport& report, bool halves) {
+  auto half = report.halves.begin();
   for (const ContactRow& row : report.contacts) {
-    const Contact& contact = model.contacts()[static_cast<std::size_t>(row.contact)];
-    file.cell(report.t).cell((*report.point_names)[static_cast<std::size_t>(row.point)]);
-    file.cell(model.body(contact.a).name).cell(model.body(contact.b).name).cell(row.gap);
-    for (const double n : row.normal) file.cell(n);
-    file.cell(row.p_n);
-    for (const double p : row.impulse) file.cell(p);
-    for (int i = 0; i < 3; ++i)
-      file.cell(report.h > 0 ? std::isnan(row.force[i]) ? row.impulse[i] / report.h : row.force[i]
-                             : row.force[i]);
-    file.cell(name_of(row.mode)).end_row();
+    add_contact(file, model, report, row, halves);
+    for (; half != report.halves.end() && half->point == row.point; ++half)
+      add_contact(file, model, report, *half, halves);
   }
 }
 
@@ -83,7 +93,8 @@ void add_figures(CsvFile& file, const StepFigures& step) {
   file.cell(step.solver).cell(step.iterations);
   for (const double value :
        {r.newton_euler, r.kinematic, r.joints, r.normal, r.friction, step.gap_min, step.joint_error,
-        step.energy, step.energy_friction, step.energy_impact, step.projection}) {
+        step.energy, step.energy_friction, step.energy_impact, step.energy_load, step.energy_motor,
+        step.energy_surface, step.energy_overlap, step.energy_left, step.projection}) {
     file.cell(value);
   }
   file.end_row();
@@ -95,21 +106,41 @@ void write_run(const std::filesystem::path& folder, const Model& model, const Tr
                const RunFilesOptions& options) {
   if (options.every < 1) refuse("write_run", "every", options.every, "needs to be at least 1");
   CsvFile trajectory(folder / "trajectory.csv", trajectory_header(model));
-  CsvFile contacts(folder / "contacts.csv", {"t", "contact", "a", "b", "gap", "nx", "ny", "nz", "pn", "px",
-                                             "py", "pz", "fx", "fy", "fz", "mode"});
+  std::vector<std::string> contact_columns{"t",  "contact", "a",  "b",  "gap", "nx", "ny", "nz",
+                                           "pn", "px",      "py", "pz", "fx",  "fy", "fz", "mode"};
+  if (options.halves) contact_columns.push_back("half");
+  CsvFile contacts(folder / "contacts.csv", contact_columns);
   CsvFile joints(folder / "joints.csv", {"t", "joint", "coordinate", "rate", "fx", "fy", "fz", "mx", "my",
                                          "mz", "friction", "mode"});
-  CsvFile report(folder / "report.csv",
-                 {"t", "h", "status", "advanced", "solver", "iterations", "res_newton_euler", "res_kinematic",
-                  "res_joints", "res_normal", "res_friction", "gap_min", "joint_error", "energy",
-                  "energy_friction", "energy_impact", "projection"});
+  CsvFile report(folder / "report.csv", {"t",
+                                         "h",
+                                         "status",
+                                         "advanced",
+                                         "solver",
+                                         "iterations",
+                                         "res_newton_euler",
+                                         "res_kinematic",
+                                         "res_joints",
+                                         "res_normal",
+                                         "res_friction",
+                                         "gap_min",
+                                         "joint_error",
+                                         "energy",
+                                         "energy_friction",
+                                         "energy_impact",
+                                         "energy_load",
+                                         "energy_motor",
+                                         "energy_surface",
+                                         "energy_overlap",
+                                         "energy_left",
+                                         "projection"});
   if (run.size() > 0) add_state(trajectory, model, run.front());
   for (std::size_t step = 0; step < run.steps(); ++step) {
     const std::size_t taken = step + 1;
     if (taken % static_cast<std::size_t>(options.every) != 0 && taken != run.steps()) continue;
     add_state(trajectory, model, run.state(taken));
     const StepReport taken_step = run.report(step);
-    add_contacts(contacts, model, taken_step);
+    add_contacts(contacts, model, taken_step, options.halves);
     add_joints(joints, taken_step);
     add_figures(report, run.figures(step));
   }

@@ -64,8 +64,15 @@ void EventDriven::advance(const Model& model, State& x, const StepRequest& reque
   for (std::size_t i = 0; i + 1 < rows.steps(); ++i) {  // what the rows before the last add
     const StepReport row = rows.report(i);
     report.iterations += row.iterations;
-    report.energy_friction += row.energy_friction;
-    report.energy_impact += row.energy_impact;
+    for (double StepFigures::*energy :
+         {&StepFigures::energy_friction, &StepFigures::energy_impact, &StepFigures::energy_load,
+          &StepFigures::energy_motor, &StepFigures::energy_surface, &StepFigures::energy_left})
+      report.*energy = std::isnan(report.*energy) ? row.*energy
+                       : std::isnan(row.*energy)  ? report.*energy
+                                                  : report.*energy + row.*energy;
+    for (double Residuals::*part : {&Residuals::newton_euler, &Residuals::kinematic, &Residuals::joints,
+                                    &Residuals::normal, &Residuals::friction})
+      report.residuals.*part = std::fmax(report.residuals.*part, row.residuals.*part);
     for (const ContactRow& c : row.contacts) {
       const auto same = std::find_if(report.contacts.begin(), report.contacts.end(),
                                      [&](const ContactRow& r) { return r.point == c.point; });

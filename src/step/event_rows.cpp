@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "step/certificate.hpp"
+#include "step/row_quadrature.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -66,7 +68,8 @@ void EventRun::log_changes(const Modes& before, const std::vector<Root>& trigger
   }
 }
 
-/// Residuals at a row: those of the constraints that hold there.
+/// The part of a row's certificate that is about its end: the constraints of the modes in positions, velocities and accelerations
+/// (19)-(23), these from the row's own forces, times h; and the bounds of friction.
 void EventRun::certify(const EventSample& s) {
   report.status = StepStatus::Solved;
   report.solver = integrator_->name();
@@ -75,87 +78,154 @@ void EventRun::certify(const EventSample& s) {
   const Instant& instant = dynamics_.instant();
   report.gap_min = instant.gap_min();
   report.joint_error = instant.joint_error();
-  report.residuals.joints = report.joint_error;
-  for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
-    report.residuals.normal = std::max(report.residuals.normal, std::abs(s.velocity[i].x()));
-    if (!modes_.contacts[i].slides)
-      report.residuals.friction = std::max(report.residuals.friction, s.velocity[i].tail<2>().norm());
-  }
   report.energy = model_.energy(s.x);
   report.point_names = model_.point_names();
+
+  const double h = report.h;
+  Vector f = instant.k, nu_dot;
+  std::vector<int> asked;
+  for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
+    asked.push_back(instant.contact_of_point[at(modes_.contacts[i].point)]);
+    instant.contacts[at(asked.back())].W.add_impulse(s.force[i], f);
+  }
+  for (Eigen::Index i = 0; i < s.joint_reaction.size(); ++i)
+    instant.joint_rows[at(i)].W.add_impulse(s.joint_reaction.segment<1>(i), f);
+  for (Eigen::Index i = 0; i < s.joint_force.size(); ++i)
+    instant.joint_frictions[at(i)].W.add_impulse(s.joint_force.segment<1>(i), f);
+  solve_mass(model_, instant, f, nu_dot);
+  AccelerationBiases biases;
+  biases.evaluate(model_, s.x, instant, asked);
+
+  Residuals& e = report.residuals;
+  e.newton_euler = e.kinematic = not_set;  // of a row's length: add_row and add_jump_row have them
+  e.joints = report.joint_error;
+  for (std::size_t i = 0; i < instant.joint_rows.size(); ++i) {
+    const JointRowInstant& row = instant.joint_rows[i];
+    const double u = row.velocity(s.x.nu), a = row.W.velocity(nu_dot)[0] + biases.joint_rows[i];
+    e.joints = std::max({e.joints, h * std::abs(u), h * h * std::abs(a)});
+  }
+  for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
+    const ContactInstant& c = instant.contacts[at(asked[i])];
+    const Vector3 u = c.velocity(s.x.nu), a = c.W.velocity(nu_dot) + biases.contacts[at(asked[i])];
+    const Vector3& force = s.force[i];
+    const double w = h * mobility(model_, instant, c);  // forces as speeds
+    const double f_f = force.tail<2>().norm(), bound = c.mu * force.x();
+    e.normal = std::max({e.normal, std::abs(u.x()), h * std::abs(a.x()), -w * force.x()});
+    if (!modes_.contacts[i].slides) {
+      const int n = c.tangents;
+      e.friction =
+          std::max({e.friction, u.segment(1, n).norm(), h * a.segment(1, n).norm(), w * (f_f - bound)});
+    } else if (c.tangents > 0) {
+      const Vector3 d = c.frame.transpose() * dynamics_.sliding_direction(s.x, i);
+      e.friction = std::max(e.friction, w * (force.tail<2>() + bound * d.tail<2>()).norm());
+    }
+  }
+  for (std::size_t i = 0; i < modes_.joints.size(); ++i) {
+    if (modes_.joints[i] != 0) continue;
+    const JointRowInstant& row = instant.joint_frictions[i];
+    const double a = row.W.velocity(nu_dot)[0] + biases.joint_frictions[i];
+    e.friction = std::max({e.friction, std::abs(row.velocity(s.x.nu)), h * std::abs(a)});
+  }
 }
 
-/// The row at the end of a step in fixed modes; impulses and work by Simpson's rule.
-void EventRun::add_row(const EventSample& from, const EventSample& middle, const EventSample& to) {
+/// The row at the end of a step in fixed modes; impulses, works and what they are checked against by RowQuadrature.
+void EventRun::add_row(const EventSample& from, const EventSample& /*middle*/, const EventSample& to) {
+  RowQuadrature row;
+  const bool measured = row.integrate(dynamics_, from.x, to.x, options_.rtol);
   (void)dynamics_.rows(to.x);
   report = {};
   report.t = to.x.t;
   report.h = to.x.t - from.x.t;
   certify(to);
+  report.residuals.newton_euler = row.momentum_residual;
+  report.residuals.kinematic = row.kinematic_residual;
   const Instant& instant = dynamics_.instant();
-  const bool no_middle = middle.force.size() != to.force.size();
-  const auto mean = [&](const auto& of) -> decltype(of(to)) {
-    if (no_middle) return 0.5 * (of(from) + of(to));
-    return (of(from) + 4 * of(middle) + of(to)) / 6;
+  using Node = RowQuadrature::Node;
+  const auto over_row = [&](auto of, auto at_end) {
+    return measured ? decltype(at_end)(row.sum(of)) : decltype(at_end)(report.h * at_end);
   };
   for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
     const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(modes_.contacts[i].point)])];
-    const Vector3 p = report.h * Vector3(mean([&](const EventSample& s) -> Vector3 { return s.force[i]; }));
-    report.energy_friction += report.h * mean([&](const EventSample& s) -> double {
-                                return s.force[i].tail<2>().dot(s.velocity[i].tail<2>());
-                              });
-    report.contacts.push_back({.contact = c.contact,
-                               .point = c.point,
-                               .gap = c.psi_n,
-                               .p_n = p.x(),
-                               .normal = c.frame.col(0),
-                               .position = c.position,
-                               .impulse = c.frame * p,
-                               .force = c.frame * to.force[i],
-                               .mode = mode_in(modes_, model_, c.point)});
+    ContactRow& contact =
+        report.contacts.emplace_back(contact_row(c, Vector3::Zero(), mode_in(modes_, model_, c.point)));
+    contact.force = c.frame * to.force[i];
+    contact.p_n = over_row([i](const Node& n) { return n.normal[i]; }, to.force[i].x());
+    contact.impulse = over_row([i](const Node& n) { return n.force[i]; }, contact.force);
   }
   begin_joints(model_, report);
   for (std::size_t i = 0; i < instant.joint_rows.size(); ++i) {
     const auto j = static_cast<Eigen::Index>(i);
-    const double f = mean([&](const EventSample& s) -> double { return s.joint_reaction[j]; });
-    add_joint_reaction(instant.joint_rows[i], report.h * f, report);
+    add_joint_reaction(instant.joint_rows[i],
+                       over_row([j](const Node& n) { return n.joint_reaction[j]; }, to.joint_reaction[j]),
+                       report);
   }
   for (std::size_t i = 0; i < instant.joint_frictions.size(); ++i) {
     const auto j = static_cast<Eigen::Index>(i);
-    const double f = mean([&](const EventSample& s) -> double { return s.joint_force[j]; });
-    add_joint_friction(instant.joint_frictions[i], report.h * f,
+    add_joint_friction(instant.joint_frictions[i],
+                       over_row([j](const Node& n) { return n.joint_friction[j]; }, to.joint_force[j]),
                        modes_.joints[i] == 0 ? ContactMode::Stick : ContactMode::Slip, report);
-    report.energy_friction +=
-        report.h * mean([&](const EventSample& s) -> double { return s.joint_force[j] * s.joint_rate[j]; });
   }
   end_joints(instant, to.x.nu, report);
+  const auto work = [&](auto of) { return measured ? row.sum(of) : not_set; };
+  report.energy_friction = work([](const Node& n) { return n.power.friction; });
+  report.energy_load = work([](const Node& n) { return n.power.load; });
+  if (measured) report.energy_load += row.generalized_work(model_);
+  report.energy_motor = work([](const Node& n) { return n.power.motor; });
+  report.energy_surface = work([](const Node& n) { return n.power.surface; });
+  report.energy_overlap = not_set;  // closed contacts are closed: nothing is pushed out
+  report.energy_left = report.energy - model_.energy(from.x) - report.energy_friction - report.energy_load -
+                       report.energy_motor - report.energy_surface;
   out_.add(to.x, report);
 }
 
-/// The second row at an event: after it, with the impulses of a jump.
+/// The second row at an event: after it, with the impulses of a jump, whose momentum and energy are checked from the row before.
 void EventRun::add_jump_row() {
   (void)dynamics_.rows(now_.x);
   report = {};
   report.t = now_.x.t;
   certify(now_);
   report.contacts = jump_rows_;
-  report.energy_impact = jump_energy_;
-  report.energy_friction = jump_friction_;
   const Instant& instant = dynamics_.instant();
+  const State before = out_.back();
+  Vector impulse = Vector::Zero(model_.nv()), momentum;
+  double surface = 0, motor = 0;
+  for (const ContactRow& row : jump_rows_) {
+    const int i = instant.contact_of_point[at(row.point)];
+    if (i < 0) continue;
+    const ContactInstant& c = instant.contacts[at(i)];
+    const Vector3 p = c.frame.transpose() * row.impulse;
+    c.W.add_impulse(p, impulse);
+    surface -= p.dot(c.bias);
+    const double w = mobility(model_, instant, c);
+    report.residuals.normal = std::max({report.residuals.normal, -c.velocity(now_.x.nu).x(), -w * row.p_n});
+    report.residuals.friction =
+        std::max(report.residuals.friction, w * (p.tail<2>().norm() - c.mu * row.p_n));
+  }
   for (std::size_t i = 0; i < modes_.contacts.size() && jump_rows_.empty(); ++i) {
     const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(modes_.contacts[i].point)])];
-    report.contacts.push_back({.contact = c.contact,
-                               .point = c.point,
-                               .gap = c.psi_n,
-                               .normal = c.frame.col(0),
-                               .position = c.position,
-                               .force = c.frame * now_.force[i],
-                               .mode = mode_in(modes_, model_, c.point)});
+    report.contacts.push_back(contact_row(c, Vector3::Zero(), mode_in(modes_, model_, c.point)));
+    report.contacts.back().force = c.frame * now_.force[i];
   }
   begin_joints(model_, report);
-  for (std::size_t i = 0; i < instant.joint_rows.size() && jump_reactions_.size() > 0; ++i)
-    add_joint_reaction(instant.joint_rows[i], jump_reactions_[static_cast<Eigen::Index>(i)], report);
+  for (std::size_t i = 0; i < instant.joint_rows.size() && jump_reactions_.size() > 0; ++i) {
+    const double p = jump_reactions_[static_cast<Eigen::Index>(i)];
+    instant.joint_rows[i].W.add_impulse(WrenchMap<1>::Columns(p), impulse);
+    (instant.joint_rows[i].prescribed ? motor : surface) -= p * instant.joint_rows[i].psi_b_t;
+    add_joint_reaction(instant.joint_rows[i], p, report);
+  }
   end_joints(instant, now_.x.nu, report);
+  multiply_mass(model_, instant, now_.x.nu - before.nu, momentum);
+  report.residuals.newton_euler =
+      (momentum - impulse).size() > 0 ? (momentum - impulse).lpNorm<Eigen::Infinity>() : 0;
+  report.residuals.kinematic = kinematic_residual(model_, before.q, before.nu, 0, now_.x.q);
+  report.energy_surface = surface;
+  report.energy_motor = motor;
+  report.energy_impact =
+      jump_energy_ - surface - motor;  // jump_energy_: change of kinetic energy, without friction's work
+  report.energy_friction = jump_friction_;
+  report.energy_load = report.energy_overlap = not_set;  // none in no time
+  report.energy_left =
+      report.energy - model_.energy(before) - report.energy_impact - report.energy_friction - surface - motor;
   out_.add(now_.x, report);
   continuation_->stretches.push_back({out_.size() - 1, modes_, scales_.small_speed()});
 }

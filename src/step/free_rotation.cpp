@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <Eigen/LU>
+#include <limits>
 #include <numbers>
 
 namespace perp {
@@ -47,6 +48,28 @@ Vector3 free_rotation(const Matrix3& J, const Vector3& L, double h) {
     if (miss < least) least = miss, best = w;
   }
   return best;
+}
+
+void implicit_gyroscopic(const Model& model, const State& x, double h, Vector& k) {
+  constexpr int most = 50;
+  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
+  for (const Body& b : model.bodies()) {
+    if (b.kind != BodyKind::Spatial || b.J == b.J(0, 0) * Matrix3::Identity()) continue;
+    const Vector3 w = x.nu.segment<3>(b.v0 + 3), L = b.J * w;
+    const Vector3 torque = Vector3(k.segment<3>(b.v0 + 3)) + w.cross(L);
+    const double scale = L.norm() + h * torque.norm();
+    Vector3 w_f = w, best = w;
+    double least = infinity;
+    for (int i = 0; i < most; ++i) {
+      const Vector3 L_f = b.J * w_f, r = L_f - L + h * (w_f.cross(L_f) - torque);
+      if (!(r.norm() < least)) break;
+      least = r.norm();
+      best = w_f;
+      if (least <= rounding * scale) break;
+      w_f -= Matrix3(b.J + h * (skew(w_f) * b.J - skew(L_f))).partialPivLu().solve(r);
+    }
+    k.segment<3>(b.v0 + 3) = torque - best.cross(b.J * best);
+  }
 }
 
 }  // namespace perp

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "step/certificate.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -16,6 +17,11 @@ bool moves(const WrenchMap<3>& W) { return W.na + W.nb > 0; }
 
 Law law_of(const ContactInstant& c) {
   return c.tangents == 0 ? Law::HalfLine : c.tangents == 1 ? Law::Planar : Law::Cone;
+}
+
+bool loads_vary(const Model& model, const Instant& s) {
+  return !model.springs().empty() || !model.forces().empty() || !model.joint_springs().empty() ||
+         !model.motors().empty() || !s.masses.empty();
 }
 
 void LastImpulses::prepare(const Model& model, const Instant& s, const State& x) {
@@ -90,9 +96,7 @@ bool StepReactions::add_overlapping(const Instant& s, const Instant& end) {
 }
 
 const ContactInstant* contact_of(const Reaction& r, const Instant& s) {
-  if (r.of != Reaction::Of::Contact) return nullptr;
-  const int i = s.contact_of_point[at(r.source)];
-  return i < 0 ? nullptr : &s.contacts[at(i)];
+  return r.of == Reaction::Of::Contact ? contact_at(s, r.source) : nullptr;
 }
 
 bool StruckBodies::add(const Reaction& r) {
@@ -194,48 +198,68 @@ bool slips(const Reaction& r, double speed) {
 
 void begin_reactions(const Model& model, StepReport& report) {
   report.contacts.clear();
+  report.halves.clear();
   begin_joints(model, report);
-  report.energy_friction = report.energy_impact = 0;
 }
 
+namespace {
+
+/// Adds a row to that of the same point, at its place; and to those of halves.
+void add_row(const ContactRow& row, int half, StepReport& report) {
+  const auto place = [](std::vector<ContactRow>& rows, const ContactRow& of) {
+    return std::lower_bound(rows.begin(), rows.end(), of, [](const ContactRow& a, const ContactRow& b) {
+      return a.point != b.point ? a.point < b.point : a.half < b.half;
+    });
+  };
+  if (const auto sum = place(report.contacts, row); sum != report.contacts.end() && sum->point == row.point) {
+    const ContactRow before = *sum;
+    *sum = row;
+    sum->p_n += before.p_n;
+    sum->impulse += before.impulse;
+    if (row.mode == ContactMode::Open) sum->mode = before.mode;
+  } else {
+    report.contacts.insert(sum, row);
+  }
+  if (half == 0) return;
+  ContactRow own = row;
+  own.half = half;
+  report.halves.insert(place(report.halves, own), own);
+}
+
+}  // namespace
+
 void report_reactions(const Model& model, const Instant& s, const std::vector<Reaction>& reactions,
-                      const Vector& before, const Vector& after, double speed, StepReport& report) {
-  const Vector mean = 0.5 * (before + after);
+                      double speed, StepReport& report, int half) {
   if (report.joints.empty()) begin_joints(model, report);
   for (const Reaction& r : reactions) {
-    if (r.of == Reaction::Of::JointFriction) {
-      const JointRowInstant& joint = s.joint_frictions[at(r.source)];
-      report.energy_friction += r.p.y() * joint.velocity(mean);
-      add_joint_friction(joint, r.p.y(), slips(r, speed) ? ContactMode::Slip : ContactMode::Stick, report);
-    }
+    if (r.of == Reaction::Of::JointFriction)
+      add_joint_friction(s.joint_frictions[at(r.source)], r.p.y(),
+                         slips(r, speed) ? ContactMode::Slip : ContactMode::Stick, report);
     if (r.of == Reaction::Of::JointRow) add_joint_reaction(s.joint_rows[at(r.source)], r.p.x(), report);
     const ContactInstant* c = contact_of(r, s);
     if (c == nullptr) continue;
-    const Vector3 u = c->velocity(mean);
-    report.energy_impact += r.p.x() * u.x();
-    report.energy_friction += r.p.tail<2>().dot(u.tail<2>());
-    auto place = std::lower_bound(report.contacts.begin(), report.contacts.end(), r.source,
-                                  [](const ContactRow& row, int point) { return row.point < point; });
-    if (place == report.contacts.end() || place->point != r.source)
-      place = report.contacts.insert(place, {.contact = c->contact, .point = r.source, .p_n = 0});
-    ContactRow& row = *place;
-    row.p_n += r.p.x();
-    row.normal = c->frame.col(0);
-    row.position = c->position;
-    row.impulse += c->frame * r.p;
-    if (r.p.x() > 0) row.mode = slips(r, speed) ? ContactMode::Slip : ContactMode::Stick;
+    const ContactMode closed = slips(r, speed) ? ContactMode::Slip : ContactMode::Stick;
+    add_row(contact_row(*c, r.p, r.p.x() > 0 ? closed : ContactMode::Open), half, report);
   }
 }
 
-void report_end(const Model& model, const Instant& end, const State& moved, StepReport& report) {
+void list_impulses(const std::vector<Reaction>& reactions, std::vector<Acting>& all) {
+  all.clear();
+  for (const Reaction& r : reactions) {
+    Acting& one = all.emplace_back(Acting{.of = r.of, .source = r.source, .p = r.p, .w = r.w});
+    if (r.of == Reaction::Of::JointFriction) one.p = {r.p.y(), 0, 0};
+  }
+}
+
+void report_end(const Instant& end, const State& moved, StepReport& report) {
   report.gap_min = end.gap_min();
   report.joint_error = end.joint_error();
-  report.energy = model.energy(moved);
   end_joints(end, moved.nu, report);
-  for (ContactRow& row : report.contacts) {
-    const int i = end.contact_of_point[at(row.point)];
-    row.gap = i < 0 ? infinity : end.contacts[at(i)].psi_n;
-  }
+  for (std::vector<ContactRow>* rows : {&report.contacts, &report.halves})
+    for (ContactRow& row : *rows) {
+      const int i = end.contact_of_point[at(row.point)];
+      row.gap = i < 0 ? infinity : end.contacts[at(i)].psi_n;
+    }
 }
 
 void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, const StepReport& report,

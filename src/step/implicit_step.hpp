@@ -4,6 +4,7 @@
 #include "perp/instant/derivatives.hpp"
 #include "perp/step/stepper.hpp"
 #include "step/nonsmooth_newton.hpp"
+#include "step/step_answer.hpp"
 
 namespace perp {
 
@@ -50,6 +51,7 @@ class StruckBodies {
 
   bool any() const { return any_; }
   bool operator[](std::size_t body) const { return struck_[body] != 0; }
+  const std::vector<char>& bodies() const { return struck_; }
   bool touches(const Reaction& r) const;
 
  private:
@@ -118,19 +120,25 @@ class VelocityLevel final : public StepProblem {
 
 [[nodiscard]] Law law_of(const ContactInstant& c);
 
+/// Whether loads but gyroscopic terms depend on velocities, or on the configuration.
+[[nodiscard]] bool loads_vary(const Model& model, const Instant& s);
+
 /// Whether a contact slips at `speed`s of the step: u along t, o is more than rounding.
 bool slips(const Reaction& r, double speed);
 
-/// A report without contact and joint rows, and without their work.
+/// A report without contact and joint rows.
 void begin_reactions(const Model& model, StepReport& report);
 
-/// Contact rows and joint impulses of the report, and the impulses' work over the change of velocity from `before` to `after`.
-/// Called once a stage; rows of one point add up.
+/// Contact rows and joint impulses of the report. Called once a stage; rows of one point add up. Of a step in two halves, `half` 1
+/// and 2, each makes rows of its own too.
 void report_reactions(const Model& model, const Instant& s, const std::vector<Reaction>& reactions,
-                      const Vector& before, const Vector& after, double speed, StepReport& report);
+                      double speed, StepReport& report, int half = 0);
 
-/// What is the same for all: gaps, joints, energy at the end, residuals.
-void report_end(const Model& model, const Instant& end, const State& moved, StepReport& report);
+/// The reactions' impulses as the certificate reads them.
+void list_impulses(const std::vector<Reaction>& reactions, std::vector<Acting>& all);
+
+/// What is the same for all: gaps and joints at the end.
+void report_end(const Instant& end, const State& moved, StepReport& report);
 
 /// Keeps the report's impulses for the next step.
 void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, const StepReport& report,

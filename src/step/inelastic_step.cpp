@@ -7,6 +7,8 @@
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "perp/step/simulate.hpp"
+#include "step/certificate.hpp"
+#include "step/free_rotation.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -15,8 +17,9 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
   Instant s;
   evaluate(model, x, s);
   if (!s.fault.empty()) return false;
-  Vector nu_free;
-  solve_mass(model, s, s.k, nu_free);
+  Vector nu_free, load = s.k;
+  implicit_gyroscopic(model, x, h, load);
+  solve_mass(model, s, load, nu_free);
   nu_free = x.nu + h * nu_free;
 
   Island island;
@@ -77,38 +80,46 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
   move(model, moved.nu, h, moved.q);
   moved.t = x.t + h;
   model.follow_turns(moved);
-  if (!moved.q.allFinite() || !moved.nu.allFinite() || !project_onto_constraints(model, moved).reached)
-    return false;
+  StepAnswer answer;
+  answer.h = h;
+  answer.nu_q = moved.nu;
+  answer.q_moved = moved.q;
+  answer.joint_bias = joint_bias;
+  if (!moved.q.allFinite() || !moved.nu.allFinite()) return false;
+  const Projection projection = project_onto_constraints(model, moved);
+  if (!projection.reached) return false;
+  report.projection = projection.moved;
 
   for (std::size_t i = 0; i < island.contacts.size(); ++i) {
     const ContactInstant& c = s.contacts[static_cast<std::size_t>(island.contacts[i])];
     const int row = reduced.rows_of(static_cast<int>(i));
     Vector3 p = Vector3::Zero();
     p.head(1 + c.tangents) = r.segment(row, 1 + c.tangents);
+    answer.first.push_back({.source = c.point, .p = p, .gap = std::max(c.psi_n, 0.0) / h});
     if (!(p.x() > 0)) continue;
-    report.contacts.push_back({.contact = c.contact,
-                               .point = c.point,
-                               .gap = 0,
-                               .p_n = p.x(),
-                               .normal = c.frame.col(0),
-                               .position = c.position,
-                               .impulse = c.frame * p,
-                               .force = c.frame * p / h,
-                               .mode = c.tangents > 0 && p.tail<2>().norm() < c.mu * p.x() * (1 - 1e-9)
-                                           ? ContactMode::Stick
-                                           : ContactMode::Slip});
+    const bool sticks = c.tangents > 0 && p.tail<2>().norm() < c.mu * p.x() * (1 - 1e-9);
+    report.contacts.push_back(contact_row(c, p, sticks ? ContactMode::Stick : ContactMode::Slip));
+    report.contacts.back().gap = 0;
+    report.contacts.back().force = c.frame * p / h;
   }
   begin_joints(model, report);
-  for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
-    add_joint_reaction(s.joint_rows[i], reactions[static_cast<Eigen::Index>(i)], report);
+  for (std::size_t i = 0; i < s.joint_rows.size(); ++i) {
+    const double p = reactions[static_cast<Eigen::Index>(i)];
+    answer.first.push_back({.of = Reaction::Of::JointRow, .source = static_cast<int>(i), .p = {p, 0, 0}});
+    add_joint_reaction(s.joint_rows[i], p, report);
+  }
   for (std::size_t i = 0; i < s.joint_frictions.size(); ++i) {
     const double p = r[reduced.friction_row(static_cast<int>(i))], most = h * s.joint_frictions[i].friction;
+    answer.first.push_back(
+        {.of = Reaction::Of::JointFriction, .source = static_cast<int>(i), .p = {p, 0, 0}});
     add_joint_friction(s.joint_frictions[i], p,
                        std::abs(p) < most * (1 - 1e-9) ? ContactMode::Stick : ContactMode::Slip, report);
   }
   Instant end;
   evaluate(model, moved, end);
   end_joints(end, moved.nu, report);
+  report.h = h;
+  (void)Certificate().certify(model, s, x, model.energy(x), end, moved, answer, report);
   x = moved;
   return true;
 }

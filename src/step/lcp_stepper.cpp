@@ -8,10 +8,13 @@
 #include "perp/instant/friction_polygon.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/step/polygonal_lcp.hpp"
+#include "step/certificate.hpp"
+#include "step/free_rotation.hpp"
 #include "step/implicit_step.hpp"
 #include "step/joint_projection.hpp"
 #include "step/least_reactions.hpp"
 #include "step/mixed_form.hpp"
+#include "step/step_gain.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -39,7 +42,7 @@ struct LcpStepper::Workspace {
   std::vector<Vector2> polygon;
   StartInstant start;
   Instant end;
-  Vector nu_free, gained;          // nu + h M^-1 k; h M^-1 k
+  Vector load, nu_free, gained;    // k; nu + h M^-1 k; h M^-1 k
   Vector gap_term, joint_bias;     // beside W_n^T nu+ + dpsi_n/dt; psi_b/h + dpsi_b/dt
   std::vector<int> active, added;  // contacts that take part, ascending; scratch
   Islands islands;
@@ -47,18 +50,21 @@ struct LcpStepper::Workspace {
   Answer answer, rebound;               // without and with restitution
   State moved;
   JointProjection projection;
-  Vector q_free;      // before it
   Vector first_bias;  // joint_bias of (28)
+  StepAnswer step;
+  Certificate certificate;
 
   void assemble(const Model& model, const Instant& s, std::size_t i, double h, bool scaled);
   std::vector<Reaction> reactions;
 };
 
 LcpStepper::LcpStepper(LcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
-  work_->polygon = friction_polygon(options.edges);
+  work_->polygon = work_->step.polygon = friction_polygon(options.edges);
   if (!(options.tolerance > 0)) refuse("LcpStepper", "tolerance", options.tolerance, "needs to be positive");
 }
 LcpStepper::~LcpStepper() = default;
+const StepAnswer* LcpStepper::answer() const { return &work_->step; }
+std::unique_ptr<Stepper> LcpStepper::anew() const { return std::make_unique<LcpStepper>(options_); }
 LcpStepper::LcpStepper(LcpStepper&&) noexcept = default;
 LcpStepper& LcpStepper::operator=(LcpStepper&&) noexcept = default;
 
@@ -74,7 +80,9 @@ void LcpStepper::Workspace::assemble(const Model& model, const Instant& s, std::
 /// nu_free, the seed's psi/h terms, and the contacts that these let close within the step.
 void LcpStepper::begin(const Model& model, const State& x, const StepRequest& request, const Instant& s) {
   Workspace& w = *work_;
-  solve_mass(model, s, s.k, w.nu_free);
+  w.load = s.k;
+  implicit_gyroscopic(model, x, request.h, w.load);
+  solve_mass(model, s, w.load, w.nu_free);
   w.nu_free = x.nu + request.h * w.nu_free;
 
   w.joint_bias.resize(static_cast<Eigen::Index>(s.joint_rows.size()));
@@ -143,6 +151,7 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
     problem.u.segment(row, rows) = u.head(rows);
     answer.p.col(index).head(rows) = problem.r.segment(row, rows);
     const double gap = w.gap_term[index], p_n = problem.r[row];
+    answer.w[index] = problem.reduced.diagonal[row];
     answer.normal_residual = std::max(answer.normal_residual,
                                       std::abs(std::min(gap + u.x(), problem.reduced.diagonal[row] * p_n)));
     answer.speed_scale = std::max({answer.speed_scale, std::abs(gap), problem.reduced.diagonal[row] * p_n,
@@ -197,6 +206,7 @@ bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
   // what touches takes part in an impact, though the position's problem may have opened it
   for (int i = 0; whole && bounces && i < static_cast<int>(s.contacts.size()); ++i) {
     if (!touches(s.contacts[at(i)], h, w.answer.speed_scale)) continue;
+    if (separates(s.contacts[at(i)], x, w.gained, w.answer.speed_scale)) continue;
     const auto place = std::lower_bound(w.active.begin(), w.active.end(), i);
     if (place != w.active.end() && *place == i) continue;
     w.active.insert(place, i);
@@ -316,26 +326,42 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (!solve_positions(model, x, s, request, report)) return;
   if (w.start.widen(model, w.end)) return advance(model, x, request, report);
 
+  StepAnswer& step = w.step;
+  list_impulses(s, w.answer, w.active, w.gap_term, step.first);
+  step.second.clear();
+  step.struck.clear();
   Answer* final = &w.answer;
   if (set_rebound(x, s, request.h)) {
     final = &w.rebound;
     if (!solve(model, s, request, w.rebound, report)) return fail(StepStatus::NotSolved, report.message);
     w.rebound.iterations += w.answer.iterations;
-    w.rebound.normal_residual = std::max(w.rebound.normal_residual, w.answer.normal_residual);
-    w.rebound.friction_residual = std::max(w.rebound.friction_residual, w.answer.friction_residual);
+    step.struck.assign(model.bodies().size(), 0);
+    for (std::size_t i = 0; i < step.struck.size(); ++i) {
+      const Body& b = model.bodies()[i];
+      step.struck[i] = w.rebound.nu.segment(b.v0, b.nv) != w.answer.nu.segment(b.v0, b.nv);
+    }
   }
 
   w.moved.nu = final->nu;
   if (!w.moved.nu.allFinite()) return fail(StepStatus::NotFinite, "the step's velocities are not finite");
   if (final == &w.rebound) evaluate(model, w.moved, w.end, nullptr, w.start.near());
-  const double joints_before = w.end.joint_error();
+  step.q_moved = w.moved.q;
   const bool loop = options_.close_joints && !s.joint_rows.empty();
-  w.q_free = w.moved.q;
   if (loop) report.projection = w.projection.move_onto(model, w.moved, w.end);
   if (options_.reactions == Reactions::MinimumNorm) take_least(model, s, request.h, *final);
-  record(model, s, x, *final, w.answer.nu, w.joint_bias, w.active, w.end, w.moved, report);
-  report.residuals.kinematic = kinematic_residual(model, x.q, w.answer.nu, request.h, w.q_free);
-  if (loop) report.residuals.joints = joints_before;
+  if (final == &w.rebound)
+    list_impulses(s, w.rebound, w.active, w.gap_term, step.second);
+  else if (options_.reactions == Reactions::MinimumNorm)
+    list_impulses(s, w.answer, w.active, w.gap_term, step.first);
+  record(model, s, *final, w.active, w.end, report);
+  step.h = request.h;
+  step.max_correction_speed = request.max_correction_speed;
+  step.nu_q = w.answer.nu;
+  step.jumped = step.struck;
+  step.joint_bias = w.joint_bias;
+  step.joints_closed = loop;
+  const double struck =
+      w.certificate.certify(model, s, x, w.start.energy(model), w.end, w.moved, step, report);
 
   constexpr double rounding =
       16 * std::numeric_limits<double>::epsilon();  // of contact velocities that are differences
@@ -349,9 +375,11 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     return fail(StepStatus::Inexact, "residual " + shortest(residual) + " m/s is above " +
                                          shortest(options_.tolerance) + " of the speed " +
                                          shortest(final->speed_scale) + " m/s");
+  if (!keeps_energy(model, x, request, gain_of(model, s, x, w.moved, step, struck, request, report), report))
+    return;
   report.status = StepStatus::Solved;
   x = w.moved;
-  w.start.go_on_from(model, x, w.end);
+  w.start.go_on_from(model, x, report.energy, w.end);
 }
 
 std::vector<Lcp> LcpStepper::problems(const Model& model, const State& x, double h) {

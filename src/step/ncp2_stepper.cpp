@@ -4,21 +4,17 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "step/certificate.hpp"
 #include "step/free_rotation.hpp"
 #include "step/implicit_step.hpp"
 #include "step/least_reactions.hpp"
+#include "step/step_gain.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-/// Whether loads but gyroscopic terms depend on velocities.
-bool loads_vary(const Model& model, const Instant& s) {
-  return !model.springs().empty() || !model.forces().empty() || !model.joint_springs().empty() ||
-         !model.motors().empty() || !s.masses.empty();
-}
 
 /// Loads without gyroscopic terms at (q, nu, t); `s` holds those of another nu. Where they do not vary they cost nothing.
 void loads_at(const Model& model, const Instant& s, State& at_nu, Instant& scratch, Vector& f) {
@@ -207,8 +203,10 @@ struct Ncp2Stepper::Workspace {
   std::vector<Reaction> closed, posed;  // p_2; what the second stage's Newton sees of them
   std::vector<Slid> slid;
   std::vector<RelativeVelocity> velocities;
-  Vector nu, gained, kick, load, momentum, velocity_before;
-  StruckBodies struck;
+  Vector nu, gained, kick, load, momentum;
+  StruckBodies struck, jumped;
+  StepAnswer answer;
+  Certificate certificate;
   State moved;
 
   void close(const Model& model, const Instant& s, const State& x, double h, double speed);
@@ -220,6 +218,8 @@ Ncp2Stepper::Ncp2Stepper(Ncp2StepperOptions options)
   if (!(options.tolerance > 0)) refuse("Ncp2Stepper", "tolerance", options.tolerance, "needs to be positive");
 }
 Ncp2Stepper::~Ncp2Stepper() = default;
+const StepAnswer* Ncp2Stepper::answer() const { return &work_->answer; }
+std::unique_ptr<Stepper> Ncp2Stepper::anew() const { return std::make_unique<Ncp2Stepper>(options_); }
 Ncp2Stepper::Ncp2Stepper(Ncp2Stepper&&) noexcept = default;
 Ncp2Stepper& Ncp2Stepper::operator=(Ncp2Stepper&&) noexcept = default;
 const NewtonHistory& Ncp2Stepper::history() const { return work_->history; }
@@ -261,7 +261,8 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
     } else {
       const ContactInstant &before = *contact_of(r, s), *c = contact_of(r, end);
       const bool touched = touches(before, h, speed);
-      if (c == nullptr || !(closes(next) || (whole && touched))) continue;
+      if (c == nullptr || !(closes(next) || (whole && touched && !separates(before, x, gained, speed))))
+        continue;
       next.W = c->W;
       b = c->bias;
       const double approach = std::min(before.velocity(x.nu).x(), 0.0);
@@ -370,6 +371,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   const double speed = w.outcome.residuals.speed;
 
   // second stage, from the momentum that nu_½ carries to q+
+  list_impulses(w.first.all, w.answer.first);
   w.close(model, s, x, h, speed);
   loads_at(model, w.end, w.moved, w.scratch, w.load);
   problem.kick(w.first.all, w.kick);
@@ -386,34 +388,48 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   if (w.second.solver == "friction-chain" || w.second.solver == "ipopt") report.solver = w.second.solver;
 
   w.moved.nu = w.nu;
-  const StepResiduals &e = w.outcome.residuals, &e2 = w.second.residuals;
-  report.residuals = {.newton_euler = std::max(e.impulse, e2.impulse),
-                      .kinematic = 0,
-                      .joints = h * std::max(e.joints, e2.joints),
-                      .normal = std::max(e.normal, e2.normal),
-                      .friction = std::max(e.tangential, e2.tangential)};
   evaluate(model, w.moved, w.end, &s, w.start.near());
-  report_reactions(model, s, w.first.all, x.nu, half, speed, report);
-  w.velocity_before = half;
-  for (std::size_t i = 0; i < model.bodies().size(); ++i)
-    if (const Body& b = model.bodies()[i]; w.struck[i])
-      w.velocity_before.segment(b.v0, b.nv) = x.nu.segment(b.v0, b.nv);
-  report_reactions(model, w.end, w.closed, w.velocity_before, w.nu, speed, report);
-  report_end(model, w.end, w.moved, report);
-  report.status = StepStatus::Solved;
+  const auto rows = [&] {
+    begin_reactions(model, report);
+    report_reactions(model, s, w.first.all, speed, report, 1);
+    report_reactions(model, w.end, w.closed, speed, report, 2);
+    report_end(w.end, w.moved, report);
+  };
+  rows();
   keep_impulses(model, w.first.all, report, w.moved, w.last);
   for (std::size_t i = 0; i < w.last.row.size(); ++i) w.last.row[i] *= 2;
   for (double& p : w.last.friction) p *= 2;
   if (options_.reactions == Reactions::MinimumNorm) {
     take_least(model, s, speed, w.first.all);
     take_least(model, w.end, speed, w.closed);
-    begin_reactions(model, report);
-    report_reactions(model, s, w.first.all, x.nu, half, speed, report);
-    report_reactions(model, w.end, w.closed, w.velocity_before, w.nu, speed, report);
-    report_end(model, w.end, w.moved, report);
+    if (!w.struck.any()) list_impulses(w.first.all, w.answer.first);
+    rows();
   }
+  StepAnswer& answer = w.answer;
+  answer.scheme = Scheme::Halves;
+  answer.h = h;
+  answer.max_correction_speed = request.max_correction_speed;
+  answer.nu_q = half;
+  answer.q_moved = w.moved.q;
+  list_impulses(w.closed, answer.second);
+  answer.struck.clear();
+  if (w.struck.any()) answer.struck = w.struck.bodies();
+  w.jumped = w.struck;
+  for (const Reaction& r : w.closed)
+    if (const ContactInstant* c = contact_of(r, s);
+        c != nullptr && r.p.x() > 0 && approaches(*c, x, w.gained, speed))
+      w.jumped.add(r);
+  w.jumped.spread(w.closed);
+  answer.jumped.clear();
+  if (w.jumped.any()) answer.jumped = w.jumped.bodies();
+  const double struck =
+      w.certificate.certify(model, s, x, w.start.energy(model), w.end, w.moved, answer, report);
+  if (!keeps_energy(model, x, request, gain_of(model, s, x, w.moved, answer, struck, request, report),
+                    report))
+    return;
+  report.status = StepStatus::Solved;
   x = w.moved;
-  w.start.go_on_from(model, x, w.end);
+  w.start.go_on_from(model, x, report.energy, w.end);
 }
 
 }  // namespace perp

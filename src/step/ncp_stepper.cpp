@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "step/certificate.hpp"
 #include "step/implicit_step.hpp"
 #include "step/least_reactions.hpp"
+#include "step/step_gain.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -167,12 +169,16 @@ struct NcpStepper::Workspace {
   std::vector<std::size_t> source;  // of each, in step.all
   std::vector<RelativeVelocity> velocities;
   Vector nu, gained, before, load, momentum;
+  StepAnswer answer;
+  Certificate certificate;
 };
 
 NcpStepper::NcpStepper(NcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
   if (!(options.tolerance > 0)) refuse("NcpStepper", "tolerance", options.tolerance, "needs to be positive");
 }
 NcpStepper::~NcpStepper() = default;
+const StepAnswer* NcpStepper::answer() const { return &work_->answer; }
+std::unique_ptr<Stepper> NcpStepper::anew() const { return std::make_unique<NcpStepper>(options_); }
 NcpStepper::NcpStepper(NcpStepper&&) noexcept = default;
 NcpStepper& NcpStepper::operator=(NcpStepper&&) noexcept = default;
 const NewtonHistory& NcpStepper::history() const { return work_->history; }
@@ -206,15 +212,12 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   const State& moved = problem.moved();
   Vector nu = moved.nu;
   const StepResiduals& e = w.outcome.residuals;
-  report.residuals = {.newton_euler = e.impulse,
-                      .kinematic = 0,
-                      .joints = h * e.joints,
-                      .normal = e.normal,
-                      .friction = e.tangential};
   if (!w.outcome.converged)
     return fail(std::isfinite(e.largest()) ? StepStatus::Inexact : StepStatus::NotFinite,
                 "residual " + shortest(e.largest()) + " m/s is above " + shortest(options_.tolerance) +
                     " of the speed " + shortest(e.speed) + " m/s");
+
+  list_impulses(w.step.all, w.answer.first);
 
   // impacts, and restitution, at velocity level, over the contacts that closed, for the bodies that they reach
   w.struck.clear(model);
@@ -233,7 +236,8 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
       const Reaction& r = w.step.all[i];
       const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
       if (!w.struck.touches(r)) continue;
-      const bool touched = before != nullptr && touches(*before, h, e.speed);
+      const bool touched =
+          before != nullptr && touches(*before, h, e.speed) && !separates(*before, x, w.gained, e.speed);
       if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0 || touched))) continue;
       Vector3 bias = Vector3::Zero();
       if (c != nullptr) {
@@ -266,29 +270,45 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     if (!w.rebound.converged)
       return fail(StepStatus::Inexact,
                   "the rebound's residual is " + shortest(w.rebound.residuals.largest()) + " m/s");
-    report.residuals.normal = std::max(report.residuals.normal, w.rebound.residuals.normal);
-    report.residuals.friction = std::max(report.residuals.friction, w.rebound.residuals.tangential);
     for (std::size_t k = 0; k < w.closed.size(); ++k) w.step.all[w.source[k]] = w.closed[k];
   }
 
   State next = moved;
   next.nu = nu;
   if (w.struck.any()) evaluate(model, next, w.end, &s, w.start.near());
-  report_reactions(model, options_.directions == Directions::End ? w.end : s, w.step.all, x.nu, nu, e.speed,
-                   report);
-  report_end(model, w.end, next, report);
-  report.status = StepStatus::Solved;
+  const Instant& of_impulses = options_.directions == Directions::End ? w.end : s;
+  const auto rows = [&](const std::vector<Reaction>& reactions) {
+    begin_reactions(model, report);
+    report_reactions(model, of_impulses, reactions, e.speed, report);
+    report_end(w.end, next, report);
+  };
+  rows(w.step.all);
   keep_impulses(model, w.step.all, report, next, w.last);
+  const std::vector<Reaction>* impulses = &w.step.all;
   if (options_.reactions == Reactions::MinimumNorm) {
     w.closed = w.step.all;
     take_least(model, w.end, e.speed, w.closed);
-    begin_reactions(model, report);
-    report_reactions(model, options_.directions == Directions::End ? w.end : s, w.closed, x.nu, nu, e.speed,
-                     report);
-    report_end(model, w.end, next, report);
+    impulses = &w.closed;
+    rows(w.closed);
   }
+  StepAnswer& answer = w.answer;
+  answer.scheme = options_.directions == Directions::End ? Scheme::End : Scheme::StartDirections;
+  answer.h = h;
+  answer.max_correction_speed = request.max_correction_speed;
+  answer.nu_q = moved.nu;
+  answer.q_moved = next.q;
+  answer.second.clear();
+  answer.struck.clear();
+  list_impulses(*impulses, w.struck.any() ? answer.second : answer.first);
+  if (w.struck.any()) answer.struck = w.struck.bodies();
+  answer.jumped = answer.struck;
+  const double struck =
+      w.certificate.certify(model, s, x, w.start.energy(model), w.end, next, answer, report);
+  if (!keeps_energy(model, x, request, gain_of(model, s, x, next, answer, struck, request, report), report))
+    return;
+  report.status = StepStatus::Solved;
   x = next;
-  w.start.go_on_from(model, x, w.end);
+  w.start.go_on_from(model, x, report.energy, w.end);
 }
 
 }  // namespace perp

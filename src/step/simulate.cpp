@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "perp/instant/instant.hpp"
 
 namespace perp {
 namespace {
@@ -61,9 +62,16 @@ Trajectory simulate(const Model& model, Stepper& stepper, const State& x0, const
   const auto n = static_cast<std::size_t>(steps);
   const double length = options.t_end - x0.t, h = length / steps;
   Trajectory run(x, n);
+  Instant first;
+  evaluate(model, x, first);
+  const double first_overlap = std::max({0.0, -first.gap_min(), first.joint_error()});
   for (std::size_t k = 1; k <= n; ++k) {
     const double t = k == n ? options.t_end : x0.t + static_cast<double>(k) * length / steps;
-    stepper.step(model, x, {.h = h, .t_end = t, .max_correction_speed = options.max_correction_speed},
+    stepper.step(model, x,
+                 {.h = h,
+                  .t_end = t,
+                  .max_correction_speed = options.max_correction_speed,
+                  .first_overlap = first_overlap},
                  report);
     if (!report.advanced()) throw StepFailure(std::move(report), std::move(run));
     if (k == 1) run.reserve_rows(room(n, report.contacts.size()), n * report.joints.size());

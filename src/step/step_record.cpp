@@ -10,34 +10,6 @@ namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-/// max |M (nu+ - nu) - h k - impulse|.
-double newton_euler_residual(const Model& model, const Instant& start, const Vector& nu, const Answer& answer,
-                             double h) {
-  double worst = 0;
-  for (const Body& b : model.bodies()) {
-    if (b.nv == 0 || b.kind == BodyKind::Generalized) continue;
-    Eigen::Matrix<double, 6, 1> f = Eigen::Matrix<double, 6, 1>::Zero();
-    const auto change = [&](int i) { return answer.nu[b.v0 + i] - nu[b.v0 + i]; };
-    const int linear = b.kind == BodyKind::Planar ? 2 : 3;
-    for (int i = 0; i < linear; ++i) f[i] = b.mass * change(i);
-    if (b.kind == BodyKind::Planar) f[2] = b.J(2, 2) * change(2);
-    if (b.kind == BodyKind::Spatial) f.tail<3>() = b.J * Vector3(change(3), change(4), change(5));
-    for (int i = 0; i < b.nv; ++i)
-      worst = std::max(worst, std::abs(f[i] - h * start.k[b.v0 + i] - answer.impulse[b.v0 + i]));
-  }
-  for (const Instant::GeneralizedMass& mass : start.masses) {
-    const Body& b = model.bodies()[at(mass.body)];
-    const auto part = [&](const Vector& v) { return v.segment(b.v0, b.nv); };
-    const Vector f = mass.M * (part(answer.nu) - part(nu)) - h * part(start.k) - part(answer.impulse);
-    worst = std::max(worst, f.cwiseAbs().maxCoeff());
-  }
-  return worst;
-}
-
-}  // namespace
-
-namespace {
-
 constexpr double contact_rounding = 1e-7;  // of a step's speeds
 
 }  // namespace
@@ -46,32 +18,18 @@ bool touches(const ContactInstant& c, double h, double speed) {
   return c.psi_n <= contact_rounding * h * speed;
 }
 
-bool strikes(const ContactInstant& c, const State& x, const Vector& gained, double h, double speed) {
+bool separates(const ContactInstant& c, const State& x, const Vector& gained, double speed) {
   const double by_loads = 2 * std::abs(c.W.velocity(gained).x());
-  return !touches(c, h, speed) && c.velocity(x.nu).x() < -(by_loads + contact_rounding * speed);
+  return c.velocity(x.nu).x() > by_loads + contact_rounding * speed;
 }
 
-double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,
-                          const Vector& q_end) {
-  double worst = 0;
-  for (const Body& b : model.bodies()) {
-    if (b.nv == 0) continue;
-    if (b.kind == BodyKind::Generalized) {
-      const Vector d = q_end.segment(b.q0, b.nq) - q.segment(b.q0, b.nq) - h * nu.segment(b.v0, b.nv);
-      worst = std::max(worst, d.cwiseAbs().maxCoeff());
-      continue;
-    }
-    const Vector3 d = q_end.segment<3>(b.q0) - q.segment<3>(b.q0) - h * nu.segment<3>(b.v0);
-    worst = std::max(worst, d.cwiseAbs().maxCoeff());
-    if (b.kind != BodyKind::Spatial) continue;
-    const auto orientation = [&](const Vector& x) {
-      return Quaternion(x[b.q0 + 3], x[b.q0 + 4], x[b.q0 + 5], x[b.q0 + 6]);
-    };
-    const Quaternion turned = orientation(q).conjugate() * orientation(q_end);
-    const Vector3 error = rotation_vector(rotation(-h * nu.segment<3>(b.v0 + 3)) * turned);
-    worst = std::max(worst, error.cwiseAbs().maxCoeff());
-  }
-  return worst;
+bool approaches(const ContactInstant& c, const State& x, const Vector& gained, double speed) {
+  const double by_loads = 2 * std::abs(c.W.velocity(gained).x());
+  return c.velocity(x.nu).x() < -(by_loads + contact_rounding * speed);
+}
+
+bool strikes(const ContactInstant& c, const State& x, const Vector& gained, double h, double speed) {
+  return !touches(c, h, speed) && approaches(c, x, gained, speed);
 }
 
 namespace {
@@ -118,15 +76,14 @@ std::span<JointImpulse> rows_of(int joint, StepReport& report) {
 }
 
 /// What the joints' equations and friction gave, and where their coordinates are now.
-void record_joints(const Model& model, const Instant& start, const State& x, const Answer& answer,
-                   const Instant& end, StepReport& report) {
+void record_joints(const Model& model, const Instant& start, const Answer& answer, const Instant& end,
+                   StepReport& report) {
   begin_joints(model, report);
   for (std::size_t i = 0; i < start.joint_rows.size(); ++i)
     add_joint_reaction(start.joint_rows[i], answer.reactions[static_cast<int>(i)], report);
   for (std::size_t i = 0; i < start.joint_frictions.size(); ++i) {
     const JointRowInstant& along = start.joint_frictions[i];
     const double p = answer.joint_friction[static_cast<int>(i)], rate = along.velocity(answer.nu);
-    report.energy_friction += p * 0.5 * (along.velocity(x.nu) + rate);
     constexpr double rounding = 1e-10;  // of the speeds that enter the step: below it the joint is at rest
     const bool rests = std::abs(rate) <= rounding * answer.speed_scale;
     add_joint_friction(along, p, rests ? ContactMode::Stick : ContactMode::Slip, report);
@@ -135,6 +92,17 @@ void record_joints(const Model& model, const Instant& start, const State& x, con
 }
 
 }  // namespace
+
+ContactRow contact_row(const ContactInstant& c, const Vector3& p, ContactMode mode) {
+  return {.contact = c.contact,
+          .point = c.point,
+          .gap = c.psi_n,
+          .p_n = p.x(),
+          .normal = c.frame.col(0),
+          .position = c.position,
+          .impulse = c.frame * p,
+          .mode = mode};
+}
 
 void begin_joints(const Model& model, StepReport& report) {
   report.joints.clear();
@@ -196,6 +164,7 @@ const Instant& StartInstant::at(const Model& model, const State& x, double h) {
   revision_ = model.revision();
   x_ = x;
   h_ = h;
+  energy_ = not_set;
   if (model.contacts().size() < NearContacts::worth_it) {
     evaluate(model, x, instant_);
     return instant_;
@@ -221,11 +190,17 @@ bool StartInstant::widen(const Model& model, const Instant& end) {
   return true;
 }
 
-void StartInstant::go_on_from(const Model& model, const State& x, Instant& instant) {
+double StartInstant::energy(const Model& model) {
+  if (std::isnan(energy_)) energy_ = model.energy(x_);
+  return energy_;
+}
+
+void StartInstant::go_on_from(const Model& model, const State& x, double energy, Instant& instant) {
   if (contacts_.selective()) return;  // the next step looks at other contacts
   std::swap(instant_, instant);
   revision_ = model.revision();
   x_ = x;
+  energy_ = energy;
 }
 
 void Answer::clear(const Instant& instant, const Vector& nu_free) {
@@ -236,47 +211,39 @@ void Answer::clear(const Instant& instant, const Vector& nu_free) {
   reactions.setZero(static_cast<Eigen::Index>(instant.joint_rows.size()));
   joint_friction.setZero(static_cast<Eigen::Index>(instant.joint_frictions.size()));
   slips.assign(instant.contacts.size(), 0);
+  w.setConstant(contacts, not_set);
   normal_residual = friction_residual = speed_scale = 0;
   iterations = 0;
   solver = "none";
 }
 
-void record(const Model& model, const Instant& start, const State& x, const Answer& answer,
-            const Vector& nu_position, const Vector& joint_bias, std::span<const int> active,
-            const Instant& end, const State& moved, StepReport& report) {
+void record(const Model& model, const Instant& start, const Answer& answer, std::span<const int> active,
+            const Instant& end, StepReport& report) {
   report.solver = answer.solver;
   report.iterations = answer.iterations;
-  report.residuals.newton_euler = newton_euler_residual(model, start, x.nu, answer, report.h);
-  report.residuals.kinematic = kinematic_residual(model, x.q, nu_position, report.h, moved.q);
-  for (std::size_t i = 0; i < start.joint_rows.size(); ++i) {
-    const double rate = start.joint_rows[i].W.velocity(answer.nu)[0] + joint_bias[static_cast<int>(i)];
-    report.residuals.joints = std::max(report.residuals.joints, report.h * std::abs(rate));
-  }
-  report.residuals.normal = answer.normal_residual;
-  report.residuals.friction = answer.friction_residual;
   report.gap_min = end.gap_min();
   report.joint_error = end.joint_error();
-  report.energy = model.energy(moved);
-
   for (const int i : active) {
     const ContactInstant& c = start.contacts[at(i)];
     const Vector3 p = answer.p.col(i);
-    const Vector3 mean = 0.5 * (c.velocity(x.nu) + c.velocity(answer.nu));
-    report.energy_impact += p.x() * mean.x();
-    report.energy_friction += p.tail<2>().dot(mean.tail<2>());
     const int now = end.contact_of_point[at(c.point)];
-    report.contacts.push_back(
-        {.contact = c.contact,
-         .point = c.point,
-         .gap = now < 0 ? infinity : end.contacts[at(now)].psi_n,
-         .p_n = p.x(),
-         .normal = c.frame.col(0),
-         .position = c.position,
-         .impulse = c.frame * p,
-         .mode = p.x() > 0 ? (answer.slips[at(i)] != 0 ? ContactMode::Slip : ContactMode::Stick)
-                           : ContactMode::Open});
+    const ContactMode closed = answer.slips[at(i)] != 0 ? ContactMode::Slip : ContactMode::Stick;
+    report.contacts.push_back(contact_row(c, p, p.x() > 0 ? closed : ContactMode::Open));
+    report.contacts.back().gap = now < 0 ? infinity : end.contacts[at(now)].psi_n;
   }
-  record_joints(model, start, x, answer, end, report);
+  record_joints(model, start, answer, end, report);
+}
+
+void list_impulses(const Instant& start, const Answer& answer, std::span<const int> active,
+                   const Vector& gap_term, std::vector<Acting>& all) {
+  all.clear();
+  for (const int i : active)
+    all.push_back(
+        {.source = start.contacts[at(i)].point, .p = answer.p.col(i), .w = answer.w[i], .gap = gap_term[i]});
+  for (int i = 0; i < static_cast<int>(start.joint_rows.size()); ++i)
+    all.push_back({.of = Reaction::Of::JointRow, .source = i, .p = {answer.reactions[i], 0, 0}});
+  for (int i = 0; i < static_cast<int>(start.joint_frictions.size()); ++i)
+    all.push_back({.of = Reaction::Of::JointFriction, .source = i, .p = {answer.joint_friction[i], 0, 0}});
 }
 
 }  // namespace perp

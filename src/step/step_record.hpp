@@ -4,6 +4,7 @@
 #include "perp/instant/instant.hpp"
 #include "perp/instant/near_contacts.hpp"
 #include "perp/step/stepper.hpp"
+#include "step/step_answer.hpp"
 
 namespace perp {
 
@@ -16,8 +17,10 @@ class StartInstant {
   const std::vector<int>* near() const { return contacts_.selective() ? &near_ : nullptr; }
   /// Whether the step went so far that a contact may have been missed; `at` then looks further.
   bool widen(const Model& model, const Instant& end);
-  /// The next step starts from x, where `instant` has just been filled: takes it, giving the old one back.
-  void go_on_from(const Model& model, const State& x, Instant& instant);
+  /// The next step starts from x, of that energy, where `instant` has just been filled: takes it, giving the old one back.
+  void go_on_from(const Model& model, const State& x, double energy, Instant& instant);
+  /// Model::energy of the state that `at` was asked about last.
+  double energy(const Model& model);
 
  private:
   void evaluate_near(const Model& model);
@@ -28,6 +31,7 @@ class StartInstant {
   NearContacts contacts_;
   std::vector<int> near_;
   double h_ = 0, margin_ = 0;  // at which near_ was found
+  double energy_ = not_set;    // of x_
 };
 
 /// Impulses and velocities that a method found for a step, over all contacts and joints of an Instant.
@@ -38,6 +42,7 @@ struct Answer {
   Vector reactions;              ///< p_b of each joint row
   Vector joint_friction;         ///< p_bf of each joint friction
   std::vector<char> slips;       ///< of each contact
+  Vector w;                      ///< of each contact: speed that a unit of p_n gives [1/kg]; NaN: not known
   double normal_residual = 0;    ///< [m/s]
   double friction_residual = 0;  ///< [m/s]
   double speed_scale = 0;  ///< largest speed that enters the step's equations, w_nn p_n among them [m/s]
@@ -46,6 +51,9 @@ struct Answer {
 
   void clear(const Instant& instant, const Vector& nu_free);
 };
+
+/// A report's row of contact c with impulse p along n, t, o: the only place where rows are made of impulses.
+[[nodiscard]] ContactRow contact_row(const ContactInstant& c, const Vector3& p, ContactMode mode);
 
 // A report's rows of joints: one for each coordinate, what the joint does in each of its rows.
 void begin_joints(const Model& model, StepReport& report);  ///< without impulses
@@ -61,9 +69,12 @@ bool touches(const ContactInstant& c, double h, double speed);
 /// with a law of its own, need not be that of their sum, however small the step.
 bool strikes(const ContactInstant& c, const State& x, const Vector& gained, double h, double speed);
 
-/// How far q_end is from q ⊕ h nu [m, rad].
-double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,
-                          const Vector& q_end);
+/// Whether contact c, open or closed, meets that fast.
+bool approaches(const ContactInstant& c, const State& x, const Vector& gained, double speed);
+
+/// Whether contact c opens at x, faster than loads could close it again in a step or two: it has no part in the impact of another
+/// contact. To hold it at u_n+ >= 0 beside restitution there would add energy, p_n u_n-/2.
+bool separates(const ContactInstant& c, const State& x, const Vector& gained, double speed);
 
 /// The joints whose equations (28) nu leaves open by more than `tolerance` [m/s, rad/s], the worst first: "'left' by 0.1 m, ...",
 /// by how much over the step h; empty if there are none.
@@ -73,10 +84,12 @@ std::string disagreeing_joints(const Model& model, const Instant& start, const V
 /// The same of the positions: joints with |psi_b| above `tolerance` [m, rad].
 std::string open_joints(const Model& model, const Instant& now, double tolerance);
 
-/// Fills the parts of `report` that do not depend on the method, from the step's own data: the residuals of (25), (26) with
-/// velocities `nu_position` that moved q, and of (28) with joint_bias = psi_b/h + dpsi_b/dt; energies; contact rows for `active`.
-void record(const Model& model, const Instant& start, const State& x, const Answer& answer,
-            const Vector& nu_position, const Vector& joint_bias, std::span<const int> active,
-            const Instant& end, const State& moved, StepReport& report);
+/// Solver, gaps and joints at the end, contact rows for `active`, joint rows.
+void record(const Model& model, const Instant& start, const Answer& answer, std::span<const int> active,
+            const Instant& end, StepReport& report);
+
+/// The answer's impulses as the certificate reads them, with the gap terms of their laws.
+void list_impulses(const Instant& start, const Answer& answer, std::span<const int> active,
+                   const Vector& gap_term, std::vector<Acting>& all);
 
 }  // namespace perp

@@ -72,6 +72,7 @@ void Stepper::step(const Model& model, State& x, const StepRequest& request, Ste
   report.message.clear();
   report.contacts.clear();
   report.joints.clear();
+  report.halves.clear();
   report.point_names = model.point_names();
   report.joint_names = model.joint_names();
   advance(model, x, complete, report);

@@ -41,6 +41,7 @@ Trajectory::Trajectory(const State& x, std::size_t steps)
   winding_.reserve((steps + 1) * windings_);
   figures_.reserve(steps);
   contacts_end_.reserve(steps);
+  halves_end_.reserve(steps);
   joints_end_.reserve(steps);
   t_.push_back(x.t);
   q_.insert(q_.end(), x.q.begin(), x.q.end());
@@ -60,8 +61,10 @@ void Trajectory::add(const State& x, const StepReport& report) {
   winding_.insert(winding_.end(), x.winding.begin(), x.winding.end());
   figures_.push_back(report);
   contacts_.insert(contacts_.end(), report.contacts.begin(), report.contacts.end());
+  halves_.insert(halves_.end(), report.halves.begin(), report.halves.end());
   joints_.insert(joints_.end(), report.joints.begin(), report.joints.end());
   contacts_end_.push_back(contacts_.size());
+  halves_end_.push_back(halves_.size());
   joints_end_.push_back(joints_.size());
   if (!point_names_) {
     point_names_ = report.point_names;
@@ -90,6 +93,8 @@ StepReport Trajectory::report(std::size_t step) const {
   static_cast<StepFigures&>(report) = figures_[step];
   const auto [c0, c1] = range(contacts_, contacts_end_);
   report.contacts.assign(c0, c1);
+  const auto [h0, h1] = range(halves_, halves_end_);
+  report.halves.assign(h0, h1);
   const auto [j0, j1] = range(joints_, joints_end_);
   report.joints.assign(j0, j1);
   report.point_names = point_names_;

@@ -45,7 +45,9 @@ TEST_CASE("report.csv has every column of the certificate", "[run]") {
   CHECK(text.substr(0, text.find('\n')) ==
         "t,h,status,advanced,solver,iterations,res_newton_euler,res_kinematic,res_joints,res_normal,res_"
         "friction,"
-        "gap_min,joint_error,energy,energy_friction,energy_impact,projection");
+        "gap_min,joint_error,energy,energy_friction,energy_impact,energy_load,energy_motor,energy_surface,"
+        "energy_"
+        "overlap,energy_left,projection");
   auto table = columns(scratch / "o/report.csv");
   CHECK(table["h"] == std::vector<std::string>(5, "0.12"));
   CHECK(table["status"] == std::vector<std::string>(5, "solved"));

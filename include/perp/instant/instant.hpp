@@ -86,6 +86,9 @@ struct Instant {
   std::vector<Twist> V;  ///< its twist, world axes
   Vector nu;             ///< x.nu
   Vector k;              ///< g_ext with the gyroscopic terms (erratum 4), in nu's axes [N, N m]
+  Vector
+      k_load;  ///< the part of k that takes energy in or out: forces and dampers; empty without forces and springs
+  Vector k_motor;                           ///< and that of motors; empty without motors
   std::vector<ContactInstant> contacts;     ///< points with a finite gap, in the model's order
   std::vector<JointRowInstant> joint_rows;  ///< psi_b = 0, in the model's order
   std::vector<JointRowInstant> joint_frictions;

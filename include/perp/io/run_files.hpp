@@ -11,7 +11,8 @@ namespace perp {
 struct RunFilesOptions {
   int every = 1;  ///< >= 1: keeps the steps every, 2 every, ... and the last
   const StepReport* failed =
-      nullptr;  ///< the step at which the run ended, if it failed: a last row of report.csv
+      nullptr;          ///< the step at which the run ended, if it failed: a last row of report.csv
+  bool halves = false;  ///< contacts.csv with a column for them: Stepper::halves of the method
 };
 
 /// Writes a run of `model` into `folder`, which it makes. All vectors in world axes, units SI, angles in radians.
@@ -20,9 +21,11 @@ struct RunFilesOptions {
 ///   NAME.x .y .z .qw .qx .qy .qz .vx .vy .vz .wx .wy .wz, planar NAME.x .y .angle .vx .vy .omega, particle NAME.x .y
 ///   .z .vx .vy .vz. A row for the first state and one for the end of each step kept.
 /// contacts.csv: t,contact,a,b,gap,nx,ny,nz,pn,px,py,pz,fx,fy,fz,mode: a row for each contact point in reach in a step
-///   kept; t and gap at the step's end, p the impulse on b over the step [N s], f = p/h the force [N].
+///   kept; t and gap at the step's end, p the impulse on b over the step [N s], f = p/h the force [N]. With `halves` one more
+///   column, half: 0 the sum, 1 and 2 its halves, each with its own normal (StepReport::halves), f over h too.
 /// report.csv: t,h,status,advanced,solver,iterations,res_newton_euler,res_kinematic,res_joints,res_normal,res_friction,
-///   gap_min,joint_error,energy,energy_friction,energy_impact,projection: the StepFigures of the steps kept; advanced is 1 or 0.
+///   gap_min,joint_error,energy,energy_friction,energy_impact,energy_load,energy_motor,energy_surface,energy_overlap,energy_left,
+///   projection: the StepFigures of the steps kept; advanced is 1 or 0; nan where the method has no such part.
 /// joints.csv: t,joint,coordinate,rate,fx,fy,fz,mx,my,mz,friction,mode: a row for each coordinate of each joint (JOINT.COORDINATE
 ///   where it has several; a joint that has none has one row without) in a step kept; coordinate and rate at the step's end; f and m
 ///   what the joint's equations give to b at its anchor there, world axes [N, N m], friction what its dry friction gives along

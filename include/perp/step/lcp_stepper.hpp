@@ -66,6 +66,7 @@ class LcpStepper : public Stepper {
   int order() const override { return 1; }
   int edges() const override { return options_.edges; }
   const LcpStepperOptions& options() const { return options_; }
+  const StepAnswer* answer() const override;
 
   /// The LCP(F, f) of (39) of each island, in SI units, with z = (p_n, beta_u, beta_b, sigma_u, sigma_b): what a step from x
   /// would solve first. To look at; a step scales it.
@@ -74,6 +75,7 @@ class LcpStepper : public Stepper {
  private:
   struct Workspace;
   void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) override;
+  std::unique_ptr<Stepper> anew() const override;
   void begin(const Model& model, const State& x, const StepRequest& request, const Instant& s);
   bool solve_positions(const Model& model, const State& x, const Instant& s, const StepRequest& request,
                        StepReport& report);

@@ -35,12 +35,15 @@ class Ncp2Stepper : public Stepper {
 
   std::string_view name() const override { return "ncp2"; }
   int order() const override { return 2; }
+  bool halves() const override { return true; }
   const Ncp2StepperOptions& options() const { return options_; }
+  const StepAnswer* answer() const override;
   const NewtonHistory& history() const;  ///< of the first stage
 
  private:
   struct Workspace;
   void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) override;
+  std::unique_ptr<Stepper> anew() const override;
 
   Ncp2StepperOptions options_;
   std::unique_ptr<Workspace> work_;

@@ -53,11 +53,13 @@ class NcpStepper : public Stepper {
   }
   int order() const override { return 1; }
   const NcpStepperOptions& options() const { return options_; }
+  const StepAnswer* answer() const override;
   const NewtonHistory& history() const;
 
  private:
   struct Workspace;
   void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) override;
+  std::unique_ptr<Stepper> anew() const override;
 
   NcpStepperOptions options_;
   std::unique_ptr<Workspace> work_;

@@ -23,7 +23,8 @@ enum class ContactMode { Open, Stick, Slip };
     StepStatus status);  ///< "solved", "inexact", "not-solved", "not-finite"
 [[nodiscard]] std::string_view name_of(ContactMode mode);  ///< "open", "stick", "slip"
 
-/// How far the step's own equations are from holding, one number for each of the model's five parts (largest entry).
+/// How far the step's own equations are from holding, one number for each of the model's five parts (largest entry), recomputed
+/// from the step's data: doc/certificate.md has each method's equations. NaN: the method does not pose that part in this step.
 struct Residuals {
   double newton_euler = 0;  ///< (25) [N s, N m s]
   double kinematic = 0;     ///< (26) [m, rad]
@@ -32,7 +33,12 @@ struct Residuals {
   double friction = 0;      ///< (36)-(38), as a velocity [m/s]
 };
 
-/// What one step says of itself, in numbers. Energies [J]; `NaN` where a failed step has no value.
+/// What one step says of itself, in numbers. Energies [J]; `NaN` where a failed step has no value, or a method has no such part.
+///
+/// The works are each made of their own impulses and the velocities at which the method poses their laws; none is a remainder but
+///   energy_left = energy - (that at the start) - energy_friction - energy_impact - energy_load - energy_motor - energy_surface
+///                 - energy_overlap,
+/// which falls at the method's order where motion is regular. doc/certificate.md says what counts as what.
 struct StepFigures {
   double t = 0;  ///< at the end of the step [s]
   double h = 0;  ///< step taken [s]
@@ -45,7 +51,13 @@ struct StepFigures {
   double projection = 0;       ///< by how much q+ was moved onto the joints after (26) [m, rad]
   double energy = not_set;     ///< Model::energy at the end
   double energy_friction = 0;  ///< work of the friction impulses, <= 0 where they dissipate
-  double energy_impact = 0;    ///< work of the normal impulses against the change of their velocity
+  double energy_impact = 0;    ///< what closing contacts and impacts take: work of normal impulses, <= 0
+  double energy_load =
+      not_set;  ///< of forces, dampers, and what of a generalized body's force has no potential
+  double energy_motor = not_set;    ///< of motors, and of prescribed motions of joints
+  double energy_surface = not_set;  ///< of prescribed bodies and their surfaces, through contacts and joints
+  double energy_overlap = not_set;  ///< of impulses that push overlaps out and draw joints shut
+  double energy_left = not_set;     ///< what none of these accounts for
 
   /// Whether the state moved; it does only if the step reached its tolerance.
   bool advanced() const { return status == StepStatus::Solved; }
@@ -62,6 +74,8 @@ struct ContactRow {
   Vector3 impulse = Vector3::Zero();           ///< on b over the step, normal and friction [N s]
   Vector3 force = Vector3::Constant(not_set);  ///< at the end of the step, of methods that know it [N]
   ContactMode mode = ContactMode::Open;        ///< Slip for a closed contact without friction
+  int half =
+      0;  ///< 0: the whole step; 1, 2: a half of it, of methods whose steps have two, in StepReport::halves
 };
 
 /// A joint's part in a step: one for each of its coordinates, or a single one if it has none. World axes.
@@ -80,6 +94,9 @@ struct StepReport : StepFigures {
   std::string message;               ///< empty if advanced(), else why not
   std::vector<ContactRow> contacts;  ///< those in reach, in the model's order
   std::vector<JointImpulse> joints;  ///< of all joints, in the model's order
+  /// Of methods that find a contact's impulse in two halves (`ncp2`), each with a normal and a law of its own: those of each half,
+  /// by point, the first before the second. `contacts` has their sums. Empty of other methods.
+  std::vector<ContactRow> halves;
 
   /// The row of the contact `name` (of a patch: NAME.0, NAME.1, ...). One that was out of reach has zero impulse, is Open,
   /// and its gap was not computed (NaN). Throws std::invalid_argument for a name that the model does not have.
@@ -97,15 +114,27 @@ struct StepRequest {
   double h = 0;                            ///< > 0 [s]
   double t_end = not_set;                  ///< exact time at the end; x.t + h if not set
   double max_correction_speed = infinity;  ///< an overlap is pushed out at this speed at most [m/s]
+  /// How deep the first state of the run overlapped, or how far its joints were open [m, rad]: to push that out may give energy.
+  double first_overlap = infinity;
+  bool keep_energy =
+      true;  ///< a step that gains energy from nothing, and goes on doing so as h shrinks, does not advance
+};
+
+struct StepAnswer;
+
+/// Energy that a step has from nothing, and the energies by which that is much or little [J].
+struct StepGain {
+  double from_nothing = 0, measure = 0;
 };
 
 /// A method. It keeps workspaces, so one Stepper serves one thread; what it answers depends on its arguments alone.
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  virtual std::string_view name() const = 0;  ///< as in `perp run --method NAME`
-  virtual int order() const = 0;              ///< in smooth motion
-  virtual int edges() const { return 0; }     ///< of its friction polygon; 0: the circular cone
+  virtual std::string_view name() const = 0;     ///< as in `perp run --method NAME`
+  virtual int order() const = 0;                 ///< in smooth motion
+  virtual int edges() const { return 0; }        ///< of its friction polygon; 0: the circular cone
+  virtual bool halves() const { return false; }  ///< whether it fills StepReport::halves
 
   /// One step from x. Strong guarantee: x moves only if the report says advanced().
   /// Throws std::invalid_argument unless h > 0 is finite and x fits the model.
@@ -114,8 +143,22 @@ class Stepper {
   /// The same, filling a report that is used again, so that nothing is allocated.
   void step(const Model& model, State& x, const StepRequest& request, StepReport& report);
 
+  /// What the last step of x found, for Certificate; null of methods that do not keep it. For tests.
+  virtual const StepAnswer* answer() const { return nullptr; }
+
  protected:
   virtual void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) = 0;
+
+  /// Whether a step that was solved may stand (step/step_gain.hpp): false, and the report says why, if it gains energy from nothing.
+  bool keeps_energy(const Model& model, const State& x, const StepRequest& request, const StepGain& gain,
+                    StepReport& report);
+  /// The same method without memory of steps before.
+  virtual std::unique_ptr<Stepper> anew() const { return nullptr; }
+
+ private:
+  StepGain halved(const Model& model, const State& x, const StepRequest& request, int parts, bool& advanced);
+
+  StepGain gain_;  // of the last step
 };
 
 }  // namespace perp

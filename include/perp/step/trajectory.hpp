@@ -69,9 +69,9 @@ class Trajectory {
   std::size_t nq_ = 0, nv_ = 0, windings_ = 0;
   std::vector<double> t_, q_, nu_, winding_;
   std::vector<StepFigures> figures_;
-  std::vector<ContactRow> contacts_;
+  std::vector<ContactRow> contacts_, halves_;
   std::vector<JointImpulse> joints_;
-  std::vector<std::size_t> contacts_end_, joints_end_;  // of each step, in the two above
+  std::vector<std::size_t> contacts_end_, halves_end_, joints_end_;  // of each step, in those above
   std::shared_ptr<const std::vector<std::string>> point_names_, joint_names_;
 };
 
