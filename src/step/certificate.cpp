@@ -66,11 +66,23 @@ double disc_residual(const Vector2& p, const Vector2& u, double bound, double w)
 
 double polygon_residual(const Vector2& p, const Vector2& u, double bound, double w,
                         std::span<const Vector2> polygon) {
-  double most = 0;  // work rate against u, of a bound of 1
-  for (const Vector2& d : polygon) most = std::max(most, -d.dot(u));
-  const double size = p.norm();
-  const double short_of = bound > 0 ? std::abs(most + p.dot(u) / bound) : infinity;
-  return std::max(std::min(short_of, w * (size + bound)), w * std::max(0.0, size - bound));
+  const Vector2 z = p - u / w;
+  Vector2 nearest = z;
+  double least = infinity;
+  bool inside = true;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vector2 a = bound * polygon[k], edge = bound * polygon[(k + 1) % polygon.size()] - a;
+    const Vector2 off = z - a;
+    if (edge.x() * off.y() - edge.y() * off.x() < 0) inside = false;  // vertices go round anticlockwise
+    const double square = edge.squaredNorm();
+    const double along = square > 0 ? std::clamp(edge.dot(off) / square, 0.0, 1.0) : 0;
+    const double distance = (off - along * edge).squaredNorm();
+    if (distance < least) {
+      least = distance;
+      nearest = a + along * edge;
+    }
+  }
+  return std::min(w * (p - (inside ? z : nearest)).norm(), disc_residual(p, u, bound, w));
 }
 
 double kinematic_residual(const Model& model, const Vector& q, const Vector& nu, double h,

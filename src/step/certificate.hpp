@@ -33,8 +33,8 @@ class Certificate {
 /// Least size of w F, F = p - projection of p - u/w onto the disc of radius `bound` [m/s].
 [[nodiscard]] double disc_residual(const Vector2& p, const Vector2& u, double bound, double w);
 
-/// The same law on a polygon inscribed in that disc: how far p falls short of the largest work rate against u that the polygon
-/// has, or leaves the disc [m/s].
+/// The same on the polygon of those vertices in that disc, or on the disc, whichever is less: a friction impulse that sticks may lie
+/// between both.
 [[nodiscard]] double polygon_residual(const Vector2& p, const Vector2& u, double bound, double w,
                                       std::span<const Vector2> polygon);
 
