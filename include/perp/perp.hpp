@@ -3,6 +3,7 @@
 
 #include "perp/version.hpp"
 
+#include "perp/core/alignment.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/core/pose.hpp"
 #include "perp/core/sparse.hpp"
@@ -14,9 +15,12 @@
 #include "perp/solve/friction_solver.hpp"
 #include "perp/solve/lcp.hpp"
 #include "perp/solve/lemke.hpp"
+#include "perp/solve/linear_feasibility.hpp"
 #include "perp/solve/mixed_lcp.hpp"
 #include "perp/solve/ncp.hpp"
+#include "perp/solve/numerics_matrix.hpp"
 #include "perp/solve/problem_io.hpp"
+#include "perp/solve/text_reader.hpp"
 
 #include "perp/model/body.hpp"
 #include "perp/model/differentiable_gap.hpp"
@@ -27,9 +31,15 @@
 #include "perp/model/inertia.hpp"
 #include "perp/model/joint.hpp"
 #include "perp/model/model.hpp"
+#include "perp/model/recipe.hpp"
 #include "perp/model/state.hpp"
 
+#include "perp/instant/derivatives.hpp"
+#include "perp/instant/friction_polygon.hpp"
 #include "perp/instant/instant.hpp"
+#include "perp/instant/islands.hpp"
+#include "perp/instant/near_contacts.hpp"
+#include "perp/instant/reduced_system.hpp"
 
 #include "perp/step/cp1.hpp"
 #include "perp/step/event_driven.hpp"
@@ -38,6 +48,7 @@
 #include "perp/step/methods.hpp"
 #include "perp/step/ncp2_stepper.hpp"
 #include "perp/step/ncp_stepper.hpp"
+#include "perp/step/polygonal_lcp.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/step/stepper.hpp"
 #include "perp/step/trajectory.hpp"

@@ -7,6 +7,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
+#include "cli/start_faults.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/instant/reduced_system.hpp"
 #include "perp/io/scene_file.hpp"
@@ -23,25 +24,6 @@ const char* name_of(BodyKind kind) {
 std::string triple(const Vector3& v) {
   return "(" + shortest(v.x()) + ", " + shortest(v.y()) + ", " + shortest(v.z()) + ")";
 }
-
-/// A violation above rounding, in relation to the scene's extent (its largest coordinate, lever arm or speed).
-class Violations {
- public:
-  Violations(const Scene& scene, const Instant& now) {
-    for (const Pose& X : now.X) length_ = std::max(length_, X.p.cwiseAbs().maxCoeff());
-    for (const ContactInstant& c : now.contacts)
-      length_ = std::max(length_, c.position.cwiseAbs().maxCoeff());
-    for (const JointGeometry& j : scene.model.joints())
-      length_ = std::max({length_, j.anchor_a.norm(), j.anchor_b.norm()});
-    for (const Twist& V : now.V) speed_ = std::max({speed_, V.v.norm(), V.w.norm() * length_});
-  }
-  bool length(double x) const { return x > rounding * length_; }
-  bool speed(double u) const { return u > rounding * speed_; }
-
- private:
-  static constexpr double rounding = 1e-10;  ///< of starts that were typed with 10 digits or more
-  double length_ = 0, speed_ = 0;
-};
 
 void report_model(const Scene& scene, const Instant& now) {
   const Model& model = scene.model;
@@ -75,37 +57,25 @@ void report_unused(const Scene& scene) {
   if (!scene.unused.empty()) std::printf("%zu things of the file are not used\n", scene.unused.size());
 }
 
-/// What does not fit together at the start; returns how much.
+/// What does not fit together at the start; returns how many contacts and joints.
 int report_start(const Scene& scene, const Instant& now) {
   const Model& model = scene.model;
-  const Violations violations(scene, now);
-  const Vector& nu = scene.start.nu;
+  const StartJudge judge(scene, now);
   int found = 0;
+  const auto report = [&](const std::vector<StartFault>& faults) {
+    for (const StartFault& fault : faults) std::printf("inconsistent: %s\n", fault.what.c_str());
+    found += faults.empty() ? 0 : 1;
+  };
   for (const ContactInstant& c : now.contacts) {
-    const std::string name = (*model.point_names())[static_cast<std::size_t>(c.point)];
-    const double u = c.velocity(nu)[0];
-    std::printf("gap %s = %.6g m, changing at %.6g m/s\n", name.c_str(), c.psi_n, u);
-    const bool overlaps = violations.length(-c.psi_n), closed = !violations.length(std::abs(c.psi_n));
-    if (overlaps) std::printf("inconsistent: contact %s overlaps by %.6g m\n", name.c_str(), -c.psi_n);
-    if (closed && violations.speed(-u))
-      std::printf("inconsistent: contact %s is closed and closes at %.6g m/s: an impact in the first step\n",
-                  name.c_str(), -u);
-    found += overlaps || (closed && violations.speed(-u)) ? 1 : 0;
+    std::printf("gap %s = %.6g m, changing at %.6g m/s\n",
+                (*model.point_names())[static_cast<std::size_t>(c.point)].c_str(), c.psi_n,
+                c.velocity(scene.start.nu)[0]);
+    report(judge.contact(c));
   }
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    double error = 0, speed = 0;
-    for (const JointRowInstant& row : now.joint_rows)
-      if (row.joint == static_cast<int>(j)) {
-        error = std::max(error, std::abs(row.psi_b));
-        speed = std::max(speed, std::abs(row.velocity(nu)));
-      }
-    const char* name = model.joints()[j].name.c_str();
-    std::printf("joint error %s = %.6g, changing at %.6g\n", name, error, speed);
-    if (violations.length(error))
-      std::printf("inconsistent: joint %s is open by %.6g m or rad\n", name, error);
-    if (violations.speed(speed))
-      std::printf("inconsistent: joint %s opens at %.6g m/s or rad/s\n", name, speed);
-    found += violations.length(error) || violations.speed(speed) ? 1 : 0;
+    const auto [error, speed] = judge.joint_error(j);
+    std::printf("joint error %s = %.6g, changing at %.6g\n", model.joints()[j].name.c_str(), error, speed);
+    report(judge.joint(j));
   }
   return found;
 }

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
 
 namespace perp {
 
@@ -13,9 +17,15 @@ enum ExitStatus {
   InternalError = 3,        ///< any other exception
 };
 
+/// What an exception says; never nothing.
+[[nodiscard]] std::string sentence_of(const std::exception& error);
+
+/// Flushes standard output; throws std::runtime_error with the system's reason if it did not take all that was printed.
+void need_written(std::FILE* out);
+
 // Each adds its subcommand to `perp`. When the command line names it, it runs while the line is parsed and
 // leaves in `status` how it ended; it throws as the library does.
-void add_run_command(CLI::App& perp, int& status);
+void add_run_command(CLI::App& perp, const std::vector<std::string>& command_line, int& status);
 void add_study_command(CLI::App& perp, int& status);
 void add_scenes_command(CLI::App& perp, int& status);
 void add_check_command(CLI::App& perp, int& status);

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "cli/commands.hpp"
+#include "cli/parameters.hpp"
 #include "perp/solve/friction_io.hpp"
 #include "perp/study/friction_families.hpp"
 
@@ -21,9 +22,14 @@ void add_generate_command(CLI::App& perp, int& status) {
   command->add_option("FAMILY", arguments->family, "Which family")
       ->required()
       ->check(CLI::IsMember(friction_families()));
-  command->add_option("--seed", arguments->seed, "The same seed gives the same files")->required();
-  command->add_option("--count", arguments->count, "How many")->required()->check(CLI::Range(1, 1000000));
-  command->add_option("--out", arguments->out, "Folder to write into")->required();
+  command->add_option("--seed", arguments->seed, "The same seed gives the same files")
+      ->required()
+      ->transform(whole_number());
+  command->add_option("--count", arguments->count, "How many")
+      ->required()
+      ->transform(whole_number())
+      ->check(CLI::Range(1, 1000000));
+  command->add_option("--out", arguments->out, "Folder to write into")->required()->check(some_text());
   command->add_option("--format", arguments->format, "text or fclib")
       ->check(CLI::IsMember({"text", "fclib"}));
   command->callback([arguments, &status] {

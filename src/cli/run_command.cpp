@@ -1,5 +1,4 @@
-// perp run: one scene under one method, its motion into files.
-#include <algorithm>
+// perp run: one scene under one method, its motion into files as it goes on; or a run that was interrupted, to its end.
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -8,143 +7,182 @@
 
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
+#include "cli/run_job.hpp"
+#include "io/machine.hpp"
 #include "perp/core/errors.hpp"
-#include "perp/instant/reduced_system.hpp"
-#include "perp/io/run_files.hpp"
 #include "perp/io/scene_file.hpp"
-#include "perp/step/methods.hpp"
-#include "perp/step/simulate.hpp"
+#include "perp/version.hpp"
 
 namespace perp {
 namespace {
 
 struct RunArguments {
-  std::string scene, method, folder;
-  double h = not_set, until = not_set;
-  bool step_given = false;
-  int every = 1;
-  double tolerance = not_set;
-  std::string integrator, reactions = "any";
-  bool assemble = false;
-  MethodOptions method_options;
-  std::vector<std::string> set;
+  RunRecipe recipe;
+  RunManner manner;
+  std::string folder, resume, integrator, reactions = "any";
+  std::vector<std::string> set, command;
 };
 
-/// What the user looks at first: how far it came, how well the steps' equations hold, what did not go into them.
-void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run, const std::string& folder) {
-  double residual = 0, gap = infinity, joint_error = 0;
-  for (std::size_t i = 0; i < run.steps(); ++i) {
-    const StepFigures& f = run.figures(i);
-    residual = std::max({residual, f.residuals.normal, f.residuals.friction});
-    gap = std::min(gap, f.gap_min);
-    joint_error = std::max(joint_error, f.joint_error);
-  }
-  std::printf("%s by %s: %zu steps to t = %s s\n", scene.name.c_str(), std::string(stepper.name()).c_str(),
-              run.steps(), shortest(run.t(run.size() - 1)).c_str());
-  std::printf("largest contact residual %.1e m/s, smallest gap %.1e m, largest joint error %.1e\n", residual,
-              gap, joint_error);
-  if (run.evaluations > 0)
-    std::printf("%zu events, %ld evaluations of the right-hand side\n", run.events.size(), run.evaluations);
-  if (!scene.model.joints().empty()) {
-    Instant start;
-    evaluate(scene.model, run.front(), start);
-    std::printf("%zu joint equations of rank %d\n", start.joint_rows.size(), joint_rank(scene.model, start));
-  }
-  if (!scene.unused.empty())
-    std::printf("%zu things of the file are not used: perp check lists them\n", scene.unused.size());
-  std::printf("wrote trajectory.csv, contacts.csv, joints.csv%s and report.csv to %s\n",
-              run.between ? ", events.csv" : "", folder.c_str());
-}
-
-/// The method with what was asked for it; a method of fixed steps needs one, another may have a tolerance.
-std::unique_ptr<Stepper> stepper_of(const RunArguments& arguments) {
-  MethodOptions options = arguments.method_options;
-  const bool chooses = method(arguments.method).order == 0;
-  if (!chooses && !arguments.step_given)
-    refuse("perp run", "--step", "not given", "method " + arguments.method + " needs a step [s]");
-  if (!chooses && !std::isnan(arguments.tolerance))
-    refuse("perp run", "--tolerance", arguments.tolerance, "needs a method that chooses its steps: event");
-  if (arguments.step_given && !(arguments.h > 0))
-    refuse("perp run", "--step, h,", arguments.h, "needs to be positive [s]");
-  if (!std::isnan(arguments.tolerance)) options.tolerance = arguments.tolerance;
-  if (!arguments.integrator.empty()) {
-    if (arguments.method != "event")
+/// The method's options. What a method does not use is refused: it would be taken for used.
+void read_method(const CLI::App& command, const RunArguments& arguments, RunRecipe& recipe) {
+  const Method& chosen = method(recipe.method);
+  const auto given = [&](const char* option) { return command.count(option) > 0; };
+  const bool chooses = chosen.order == 0;
+  if (!chooses && !given("--step"))
+    refuse("perp run", "--step", "not given", "method " + recipe.method + " needs a step [s]");
+  if (!chooses && given("--tolerance"))
+    refuse("perp run", "--tolerance", recipe.options.tolerance,
+           "needs a method that chooses its steps: event");
+  if (given("--step") && !(recipe.step > 0))
+    refuse("perp run", "--step, h,", recipe.step, "needs to be positive [s]");
+  if (given("--edges") && !chosen.polygonal)
+    refuse("perp run", "--edges", static_cast<double>(recipe.options.edges),
+           "needs a method with a friction polygon, lcp or lcp-ap: " + recipe.method + " has circular cones");
+  if (given("--integrator")) {
+    if (recipe.method != "event")
       refuse("perp run", "--integrator", arguments.integrator, "needs the method event");
-    options.integrator = integrator_named(arguments.integrator);
+    recipe.options.integrator = integrator_named(arguments.integrator);
   }
   if (arguments.reactions == "minimum-norm") {
     if (chooses)
       refuse("perp run", "--reactions", arguments.reactions, "needs a method of steps of fixed size");
-    options.reactions = Reactions::MinimumNorm;
+    recipe.options.reactions = Reactions::MinimumNorm;
   }
-  return make_stepper(arguments.method, options);
 }
 
-int run_scene(const RunArguments& arguments) {
-  const Scene s = load_scene(arguments.scene, read_parameters("perp run", arguments.set));
-  const std::unique_ptr<Stepper> stepper = stepper_of(arguments);
-  State start = s.start;
-  if (arguments.assemble) {
-    const Projection found = project_onto_constraints(s.model, start);
-    if (found.reached)
-      std::printf("assembly moved the start by %.6g m or rad and %.6g m/s or rad/s\n", found.moved,
-                  found.moved_velocity);
-    else
-      refuse("perp run", "--assemble", "not possible", "no consistent start is near (perp check says more)");
+/// T and h, which the scene's start decides on.
+void check_times(const Scene& scene, RunRecipe& recipe) {
+  if (std::isnan(recipe.until)) recipe.until = scene.t_end;
+  const double length = recipe.until - scene.start.t;
+  if (!(length > 0))
+    refuse("perp run", "--until", recipe.until, "needs to be past the start, t = " + shortest(scene.start.t));
+  if (recipe.step > length)
+    refuse("perp run", "--step", recipe.step,
+           "needs to be no longer than the run, " + shortest(length) + " s");
+  constexpr double most = 1e12;  // steps: a year at 30 us
+  if (length / recipe.step > most)
+    refuse("perp run", "--step", recipe.step, "needs " + shortest(most) + " steps at most to the end");
+  if (recipe.every < 1)
+    refuse("perp run", "--every", static_cast<double>(recipe.every), "needs to be 1 or more");
+}
+
+int new_run(const CLI::App& command, RunArguments& arguments) {
+  RunRecord record;
+  RunRecipe& recipe = record.recipe;
+  recipe = arguments.recipe;
+  for (const char* needed : {"SCENE", "--method", "--out"})
+    if (command.count(needed) == 0)
+      refuse("perp run", needed, "not given", "needs to be there, or --resume OUT alone");
+  recipe.folder = std::filesystem::current_path().string();
+  recipe.set = read_parameters("perp run", arguments.set);
+  const Scene scene = read_scene_of(recipe);
+  for (const SceneParameter& p : scene.parameters) record.parameters[p.name] = p.value;
+  read_method(command, arguments, recipe);
+  check_times(scene, recipe);
+  record.command = arguments.command;
+  record.version = version;
+  record.build = build();
+  record.machine = computer();
+  return run_into(arguments.folder, record, scene, arguments.manner, false);
+}
+
+/// The scene that OUT's run.json keeps. Refuses it where its file, or the built-in scene, is another one now.
+Scene scene_again(const RunRecipe& recipe, const std::string& folder) {
+  if (!is_scene_file(recipe.scene)) {
+    Scene scene = make_scene(recipe);
+    if (text_of(scene) != recipe.scene_text)
+      refuse("perp run", "--resume", folder, "the scene " + recipe.scene + " is no longer that of the run");
+    return scene;
   }
-  const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
-  try {
-    const Trajectory run = simulate(s.model, *stepper, start, {.t_end = until, .h = arguments.h});
-    write_run(arguments.folder, s.model, run, {.every = arguments.every, .halves = stepper->halves()});
-    summarise(s, *stepper, run, arguments.folder);
+  const auto compare = [&](const std::string& name, const std::string& text) {
+    const std::filesystem::path file = std::filesystem::path(recipe.folder) / name;
+    if (std::error_code none; std::filesystem::exists(file, none) && scene_text(file) != text)
+      refuse("perp run", "--resume", folder,
+             "the scene file " + file.string() + " is no longer that of the run");
+  };
+  compare(recipe.scene, recipe.scene_text);
+  for (const auto& [name, text] : recipe.included) compare(name, text);
+  return make_scene(recipe);
+}
+
+int resume(const CLI::App& command, const RunArguments& arguments) {
+  for (const CLI::Option* option : command.get_options())
+    if (option->count() > 0 && !option->check_lname("resume") && !option->check_lname("budget") &&
+        !option->check_lname("quiet") && !option->check_lname("verbose"))
+      refuse("perp run", option->get_name(), "given beside --resume",
+             "needs to be left out: the folder says what is run");
+  const RunRecord record = RunFolder::record_in(arguments.resume);
+  if (record.exit_status == Done) {
+    if (!arguments.manner.quiet)
+      std::printf("the run in %s is complete: %s\n", arguments.resume.c_str(), record.ended.c_str());
     return Done;
-  } catch (const StepFailure& failure) {
-    write_run(arguments.folder, s.model, failure.trajectory,
-              {.every = arguments.every, .failed = &failure.report, .halves = stepper->halves()});
-    summarise(s, *stepper, failure.trajectory, arguments.folder);
-    std::fprintf(stderr, "perp: %s: %s\n", s.name.c_str(), failure.what());
-    return ToleranceNotReached;
   }
+  const Scene scene = scene_again(record.recipe, arguments.resume);
+  return run_into(arguments.resume, record, scene, arguments.manner, true);
+}
+
+void add_method_options(CLI::App* command, RunArguments& arguments) {
+  RunRecipe& recipe = arguments.recipe;
+  command->add_option("--method", recipe.method, "a method (perp methods)")->check(some_text());
+  command
+      ->add_option("--step", recipe.step,
+                   "step h [s]; the run takes round(T/h) equal steps. Of event: rows at its multiples too")
+      ->check(finite_number());
+  command->add_option("--tolerance", recipe.options.tolerance, "rtol = atol of event; 1e-10 if not given")
+      ->check(finite_number())
+      ->type_name("R");
+  command->add_option("--integrator", arguments.integrator, "of event: arkode, cvode-adams, cvode-bdf or ida")
+      ->type_name("I");
+  command->add_option("--edges", recipe.options.edges, "edges of the friction polygon")
+      ->transform(whole_number())
+      ->type_name("N");
+  command
+      ->add_option("--reactions", arguments.reactions,
+                   "any, or minimum-norm: of redundant contacts and joints those that share what they carry")
+      ->check(CLI::IsMember({"any", "minimum-norm"}));
 }
 
 }  // namespace
 
-void add_run_command(CLI::App& perp, int& status) {
+void add_run_command(CLI::App& perp, const std::vector<std::string>& command_line, int& status) {
   CLI::App* command = perp.add_subcommand("run", "Run a scene by a method and write its motion to files");
   const auto arguments = std::make_shared<RunArguments>();
+  RunRecipe& recipe = arguments->recipe;
+  RunManner& manner = arguments->manner;
   command
-      ->add_option("SCENE", arguments->scene,
-                   "a scene file, a robot (.urdf), or a built-in scene (perp scenes)")
-      ->required();
-  command->add_option("--method", arguments->method, "a method (perp methods)")->required();
-  command->add_option(
-      "--step", arguments->h,
-      "step h [s]; the run takes round(T/h) equal steps. Of event: rows at its multiples too");
-  command->add_option("--tolerance", arguments->tolerance, "rtol = atol of event; 1e-10 if not given")
-      ->type_name("R");
+      ->add_option("SCENE", recipe.scene, "a scene file, a robot (.urdf), or a built-in scene (perp scenes)")
+      ->check(some_text());
+  add_method_options(command, *arguments);
+  command->add_option("--until", recipe.until, "end time T [s]; the scene's own if not given")
+      ->check(finite_number());
   command
-      ->add_option("--integrator", arguments->integrator, "of event: arkode, cvode-adams, cvode-bdf or ida")
-      ->type_name("I");
-  command->add_option("--until", arguments->until, "end time T [s]; the scene's own if not given");
-  command->add_option("--out", arguments->folder, "folder for trajectory.csv, contacts.csv, report.csv")
-      ->required();
-  command->add_flag("--assemble", arguments->assemble,
-                    "begin at the nearest start that joints and gaps allow");
-  command->add_option("--every", arguments->every, "write the steps K, 2 K, ... and the last")
+      ->add_option("--out", arguments->folder,
+                   "folder for run.json and the tables: trajectory, contacts, joints, report")
+      ->check(some_text());
+  command->add_flag("--assemble", recipe.assemble, "begin at the nearest start that joints and gaps allow");
+  command->add_flag("--allow-overlap", recipe.allow_overlap,
+                    "begin at the start as it is, whatever overlaps or is open there");
+  command->add_option("--every", recipe.every, "write the steps K, 2 K, ... and the last")
+      ->transform(whole_number())
       ->type_name("K");
-  command->add_option("--edges", arguments->method_options.edges, "edges of the friction polygon")
-      ->type_name("N");
-  command
-      ->add_option("--reactions", arguments->reactions,
-                   "any, or minimum-norm: of redundant contacts and joints those that share what they carry")
-      ->check(CLI::IsMember({"any", "minimum-norm"}));
   command->add_option("--set", arguments->set, "a parameter of the scene, repeatable")
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->take_all();
-  command->callback([&status, arguments, command] {
-    arguments->step_given = command->count("--step") > 0;
-    status = run_scene(*arguments);
+  command->add_option("--resume", arguments->resume, "go on with the run in OUT that was interrupted")
+      ->check(some_text())
+      ->type_name("OUT");
+  command->add_option("--budget", manner.budget, "wall-clock seconds, after which the run stops")
+      ->check(finite_number())
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S");
+  command->add_flag("--quiet", manner.quiet, "print nothing but errors");
+  command->add_flag("--verbose", manner.verbose, "print what the solver did in every step");
+  command->callback([&status, arguments, command, command_line] {
+    arguments->command = command_line;
+    if (arguments->manner.quiet && arguments->manner.verbose)
+      refuse("perp run", "--quiet", "given beside --verbose", "needs one of the two");
+    status = arguments->resume.empty() ? new_run(*command, *arguments) : resume(*command, *arguments);
   });
 }
 

@@ -21,7 +21,7 @@ std::string settings(const Scene& scene) {
   return text;
 }
 
-void print_csv() {
+void print_all_csv() {
   std::string every;  // a scene runs under all of them
   for (const Method& method : methods()) every += (every.empty() ? "" : " ") + std::string(method.name);
   std::printf("name,id,until,exact,methods,parameters\n");
@@ -72,7 +72,7 @@ void add_scenes_command(CLI::App& perp, int& status) {
       const Scene s = load_scene(arguments->scene, read_parameters("perp scenes", arguments->set));
       std::fputs(write_scene(s).c_str(), stdout);
     } else {
-      arguments->csv ? print_csv() : print_list();
+      arguments->csv ? print_all_csv() : print_list();
     }
     status = Done;
   });

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/parameters.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/csv_file.hpp"
 #include "perp/solve/friction_io.hpp"
@@ -252,10 +253,13 @@ int solve_files(const std::vector<std::string>& files, const std::string& kind, 
       status = std::max<int>(status, answer.status == "solved" ? Done : ToleranceNotReached);
     } catch (const std::invalid_argument& error) {
       std::fprintf(stderr, "perp: %s\n", error.what());
-      status = BadInput;
+      status = std::max<int>(status, BadInput);
+    } catch (const std::exception& error) {  // the other files are none of its business
+      std::fprintf(stderr, "perp: %s: %s\n", file.c_str(), sentence_of(error).c_str());
+      status = InternalError;
     }
     (csv ? print_csv : print_line)(file, name, answer);
-    std::fflush(stdout);
+    need_written(stdout);
   }
   return status;
 }
@@ -278,6 +282,7 @@ void add_solve_command(CLI::App& perp, int& status) {
   command->add_option("--kind", arguments->kind, "What the files hold; found out from each if not given")
       ->check(CLI::IsMember(names));
   command->add_option("--tolerance", arguments->request.tolerance, "Pass mark of the relative residual")
+      ->check(finite_number())
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--solver", arguments->request.solver, "chain; for LCPs also lemke")

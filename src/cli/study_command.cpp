@@ -70,6 +70,9 @@ int report(const StudyOutcome& outcome, const StudyArguments& arguments) {
                 arguments.shard.c_str(), arguments.folder.c_str());
   else
     std::printf("wrote study.csv, orders.csv, charts and study.html to %s\n", arguments.folder.c_str());
+  if (outcome.threads < arguments.options.jobs && outcome.threads < outcome.made)
+    std::fprintf(stderr, "perp: the system gave %d threads of the %d of --jobs\n", outcome.threads,
+                 arguments.options.jobs);
   if (!outcome.no_pictures.empty())
     std::fprintf(stderr, "perp: no pictures: %s; their data and scripts are there\n",
                  outcome.no_pictures.c_str());
@@ -81,7 +84,22 @@ int report(const StudyOutcome& outcome, const StudyArguments& arguments) {
   return outcome.failed > 0 || outcome.left() > 0 ? ToleranceNotReached : Done;
 }
 
-int study(StudyArguments& arguments) {
+/// Options that none of the methods uses would be taken for used.
+void need_uses(const CLI::App& command, const StudyRequest& request) {
+  const auto any = [&](auto fits) {
+    return std::any_of(request.methods.begin(), request.methods.end(),
+                       [&](const std::string& name) { return fits(method(name)); });
+  };
+  const auto given = [&](const char* option) { return command.count(option) > 0; };
+  if (given("--edges") && !any([](const Method& m) { return m.polygonal; }))
+    refuse("perp study", "--edges", std::to_string(request.edges.front()),
+           "needs a method with a friction polygon among --methods");
+  if (given("--steps") && !any([](const Method& m) { return m.order > 0; }))
+    refuse("perp study", "--steps", request.steps.front(),
+           "needs a method of steps of fixed size among --methods");
+}
+
+int study(const CLI::App& command, StudyArguments& arguments) {
   if (!arguments.merge.empty()) {
     if (!arguments.request.scenes.empty() || !arguments.request.methods.empty())
       refuse("perp study", "--merge", arguments.merge.front(),
@@ -96,6 +114,7 @@ int study(StudyArguments& arguments) {
              "needs a method that chooses its steps, as event does, among --methods");
     arguments.request.tolerances = arguments.tolerances;
   }
+  need_uses(command, arguments.request);
   arguments.request.set = read_parameters("perp study", arguments.set);
   arguments.request.velocity = velocity_measure(arguments.velocity);
   if (!arguments.shard.empty()) read_shard(arguments.shard, arguments.options);
@@ -119,18 +138,22 @@ void add_study_command(CLI::App& perp, int& status) {
   command->add_option("--methods", request.methods, "methods (perp methods)")
       ->delimiter(',')
       ->allow_extra_args(false)
+      ->check(some_text())
       ->type_name("A,B,...");
   command
       ->add_option("--steps", request.steps,
                    "steps h [s], or T/N for N steps; T/20, T/40, ..., T/2560 if not given")
       ->delimiter(',')
       ->allow_extra_args(false)
+      ->check(some_text())
       ->type_name("H1,H2,...");
   command->add_option("--tolerances", arguments->tolerances, "of methods that choose their steps")
       ->delimiter(',')
       ->allow_extra_args(false)
+      ->check(finite_number())
       ->type_name("R1,R2,...");
-  command->add_option("--until", request.until, "end time T [s]; each scene's own if not given");
+  command->add_option("--until", request.until, "end time T [s]; each scene's own if not given")
+      ->check(finite_number());
   command->add_option("--set", arguments->set, "a parameter of all scenes, repeatable")
       ->type_name("KEY=VALUE")
       ->expected(1)
@@ -138,24 +161,29 @@ void add_study_command(CLI::App& perp, int& status) {
   command->add_option("--edges", request.edges, "edges of the friction polygon")
       ->delimiter(',')
       ->allow_extra_args(false)
+      ->transform(whole_number())
       ->type_name("N1,N2,...");
   command
       ->add_option("--envelope", request.envelope,
                    "K step counts a level, spread over [n, 1.25 n]; the largest error counts")
+      ->transform(whole_number())
       ->type_name("K");
   command->add_option("--velocity", arguments->velocity, "error_v: end (at T), l1 or graph (over the run)")
       ->type_name("MEASURE");
   command
       ->add_option("--out", arguments->folder,
                    "folder for tables, charts and the page; an earlier study there goes on")
+      ->check(some_text())
       ->required();
   command->add_option("--budget", options.budget, "wall-clock seconds, after which no run begins")
+      ->check(finite_number())
+      ->check(CLI::NonNegativeNumber)
       ->type_name("S");
-  command->add_option("--jobs", options.jobs, "runs at a time")->type_name("N");
+  command->add_option("--jobs", options.jobs, "runs at a time")->transform(whole_number())->type_name("N");
   command->add_option("--shard", arguments->shard, "make part I of N alone, for --merge")->type_name("I/N");
   command->add_option("--merge", arguments->merge, "folders of the shards to put together")
       ->type_name("DIR...");
-  command->callback([&status, arguments] { status = study(*arguments); });
+  command->callback([&status, command, arguments] { status = study(*command, *arguments); });
 }
 
 }  // namespace perp

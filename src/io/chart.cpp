@@ -7,9 +7,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <sstream>
 
+#include "core/files.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/csv_file.hpp"
 
@@ -229,10 +229,7 @@ std::string write_chart(const Chart& chart, const std::filesystem::path& folder,
     if (line.x.size() != line.y.size()) refuse("write_chart", "line", line.label, "needs as many x as y");
   write_data(chart, folder / (name + ".csv"));
   const std::filesystem::path script_path = folder / (name + ".gnuplot"), picture = folder / (name + ".svg");
-  std::ofstream file(script_path, std::ios::binary);
-  file << script(chart, name);
-  file.close();
-  if (!file) refuse("write_chart", "file", script_path.string(), "needs to be a file that can be written");
+  replace_file(script_path, script(chart, name));
   std::error_code none_there;
   std::filesystem::remove(picture, none_there);
   const std::string failed = draw(folder, name + ".gnuplot");

@@ -1,82 +1,85 @@
 #include "perp/io/csv_file.hpp"
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <utility>
 
+#include "core/files.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
 
+CsvText& CsvText::next() {
+  if (!first_) rows_ += ',';
+  first_ = false;
+  return *this;
+}
+
+CsvText& CsvText::cell(double value) {
+  next();
+  if (!std::isnan(value)) rows_ += shortest(value);
+  return *this;
+}
+
+CsvText& CsvText::cell(int value) {
+  next();
+  rows_ += std::to_string(value);
+  return *this;
+}
+
+CsvText& CsvText::cell(std::string_view text) {
+  next();
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    rows_ += text;
+    return *this;
+  }
+  rows_ += '"';
+  for (const char c : text) rows_.append(c == '"' ? 2 : 1, c);
+  rows_ += '"';
+  return *this;
+}
+
+CsvText& CsvText::end_row() {
+  rows_ += '\n';
+  first_ = true;
+  return *this;
+}
+
+struct CsvFile::Part {
+  OutputFile file;
+};
+
 CsvFile::CsvFile(std::filesystem::path path, const std::vector<std::string>& header)
-    : path_(std::move(path)), part_(path_.string() + ".part") {
-  std::error_code failed;
-  if (path_.has_parent_path()) std::filesystem::create_directories(path_.parent_path(), failed);
-  file_ = std::fopen(part_.c_str(), "wb");
-  if (file_ == nullptr)
-    refuse("writing", path_.string(), std::strerror(errno), "needs to be a file that can be written");
+    : path_(std::move(path)), part_(std::make_unique<Part>(Part{OutputFile(path_.string() + ".part")})) {
   for (const std::string& name : header) cell(name);
   end_row();
 }
 
 CsvFile::~CsvFile() {
-  if (file_ == nullptr) return;
-  std::fclose(file_);
+  if (!part_) return;
   std::error_code ignored;  // nothing more can be done about a leftover
-  std::filesystem::remove(part_, ignored);
+  std::filesystem::remove(part_->file.path(), ignored);
 }
 
-CsvFile& CsvFile::next() {
-  if (!first_) buffer_ += ',';
-  first_ = false;
-  return *this;
-}
-
-CsvFile& CsvFile::cell(double value) {
-  next();
-  if (!std::isnan(value)) buffer_ += shortest(value);
-  return *this;
-}
-
-CsvFile& CsvFile::cell(int value) {
-  next();
-  buffer_ += std::to_string(value);
-  return *this;
-}
-
-CsvFile& CsvFile::cell(std::string_view text) {
-  next();
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    buffer_ += text;
-    return *this;
-  }
-  buffer_ += '"';
-  for (const char c : text) buffer_.append(c == '"' ? 2 : 1, c);
-  buffer_ += '"';
-  return *this;
-}
+CsvFile& CsvFile::cell(double value) { return text_.cell(value), *this; }
+CsvFile& CsvFile::cell(int value) { return text_.cell(value), *this; }
+CsvFile& CsvFile::cell(std::string_view text) { return text_.cell(text), *this; }
 
 void CsvFile::end_row() {
-  buffer_ += '\n';
-  first_ = true;
-  if (buffer_.size() > (1u << 16)) flush();
-}
-
-void CsvFile::flush() {
-  if (std::fwrite(buffer_.data(), 1, buffer_.size(), file_) != buffer_.size()) {
-    throw std::runtime_error("writing " + part_.string() + ": " + std::strerror(errno));
-  }
-  buffer_.clear();
+  constexpr std::size_t block = 1U << 16U;
+  if (text_.end_row().rows().size() < block) return;
+  part_->file.append(text_.rows());
+  text_.clear();
 }
 
 void CsvFile::finish() {
-  flush();
-  if (std::fclose(std::exchange(file_, nullptr)) != 0) {
-    throw std::runtime_error("writing " + part_.string() + ": " + std::strerror(errno));
-  }
-  std::filesystem::rename(part_, path_);
+  part_->file.append(text_.rows());
+  text_.clear();
+  part_->file.close();
+  std::error_code failed;
+  std::filesystem::rename(part_->file.path(), path_, failed);
+  if (failed) throw std::runtime_error("writing " + path_.string() + ": " + failed.message());
+  part_.reset();
 }
 
 }  // namespace perp

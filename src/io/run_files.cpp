@@ -1,23 +1,25 @@
 #include "perp/io/run_files.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "io/run_table.hpp"
 #include "perp/core/errors.hpp"
-#include "perp/io/csv_file.hpp"
 
 namespace perp {
 namespace {
 
-std::vector<std::string> trajectory_header(const Model& model) {
-  std::vector<std::string> header{"t"};
+std::vector<RunColumn> trajectory_header(const Model& model) {
+  std::vector<RunColumn> header{{"t"}};
   const auto add = [&](const Body& body, std::initializer_list<const char*> parts) {
-    for (const char* part : parts) header.push_back(body.name + "." + part);
+    for (const char* part : parts) header.push_back({body.name + "." + part});
   };
   for (const Body& body : model.bodies()) {
     switch (body.kind) {
       case BodyKind::Spatial:
+      case BodyKind::Prescribed:
         add(body, {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"});
         break;
       case BodyKind::Planar:
@@ -27,22 +29,30 @@ std::vector<std::string> trajectory_header(const Model& model) {
         add(body, {"x", "y", "z", "vx", "vy", "vz"});
         break;
       case BodyKind::Generalized:
-        for (int i = 1; i <= body.nq; ++i) header.push_back(body.name + ".q" + std::to_string(i));
-        for (int i = 1; i <= body.nv; ++i) header.push_back(body.name + ".v" + std::to_string(i));
+        for (int i = 1; i <= body.nq; ++i) header.push_back({body.name + ".q" + std::to_string(i)});
+        for (int i = 1; i <= body.nv; ++i) header.push_back({body.name + ".v" + std::to_string(i)});
         break;
       case BodyKind::Ground:
-      case BodyKind::Prescribed:
-        break;  // no coordinates
+        break;
     }
   }
   return header;
 }
 
 /// Coordinates and velocities as the state has them, except a spatial body's angular velocity, there in body axes.
-void add_state(CsvFile& file, const Model& model, const State& x) {
+void add_state(RunTable& file, const Model& model, const State& x) {
   file.cell(x.t);
   for (int b = 0; b < static_cast<int>(model.bodies().size()); ++b) {
     const Body& body = model.body({b});
+    if (body.kind == BodyKind::Prescribed) {
+      const Pose X = model.pose(x, {b});
+      const Twist V = model.twist(x, {b});
+      for (const double p : X.p) file.cell(p);
+      file.cell(X.q.w()).cell(X.q.x()).cell(X.q.y()).cell(X.q.z());
+      for (const double v : V.v) file.cell(v);
+      for (const double w : V.w) file.cell(w);
+      continue;
+    }
     const bool spatial = body.kind == BodyKind::Spatial;
     for (int i = 0; i < body.nq; ++i) file.cell(x.q[body.q0 + i]);
     for (int i = 0; i < (spatial ? 3 : body.nv); ++i) file.cell(x.nu[body.v0 + i]);
@@ -52,7 +62,7 @@ void add_state(CsvFile& file, const Model& model, const State& x) {
   file.end_row();
 }
 
-void add_contact(CsvFile& file, const Model& model, const StepReport& report, const ContactRow& row,
+void add_contact(RunTable& file, const Model& model, const StepReport& report, const ContactRow& row,
                  bool halves) {
   const Contact& contact = model.contacts()[static_cast<std::size_t>(row.contact)];
   file.cell(report.t).cell((*report.point_names)[static_cast<std::size_t>(row.point)]);
@@ -68,7 +78,7 @@ void add_contact(CsvFile& file, const Model& model, const StepReport& report, co
   file.end_row();
 }
 
-void add_contacts(CsvFile& file, const Model& model, const StepReport& report, bool halves) {
+void add_contacts(RunTable& file, const Model& model, const StepReport& report, bool halves) {
   auto half = report.halves.begin();
   for (const ContactRow& row : report.contacts) {
     add_contact(file, model, report, row, halves);
@@ -77,7 +87,7 @@ void add_contacts(CsvFile& file, const Model& model, const StepReport& report, b
   }
 }
 
-void add_joints(CsvFile& file, const StepReport& report) {
+void add_joints(RunTable& file, const StepReport& report) {
   for (std::size_t i = 0; i < report.joints.size(); ++i) {
     const JointImpulse& joint = report.joints[i];
     file.cell(report.t).cell((*report.joint_names)[i]).cell(joint.value).cell(joint.rate);
@@ -87,7 +97,7 @@ void add_joints(CsvFile& file, const StepReport& report) {
   }
 }
 
-void add_figures(CsvFile& file, const StepFigures& step) {
+void add_figures(RunTable& file, const StepFigures& step) {
   const Residuals& r = step.residuals;
   file.cell(step.t).cell(step.h).cell(name_of(step.status)).cell(step.advanced() ? 1 : 0);
   file.cell(step.solver).cell(step.iterations);
@@ -100,66 +110,147 @@ void add_figures(CsvFile& file, const StepFigures& step) {
   file.end_row();
 }
 
+std::vector<RunColumn> columns(std::initializer_list<const char*> names) {
+  std::vector<RunColumn> all;
+  for (const std::string_view name : names) {
+    const bool text = name.ends_with(':');
+    all.push_back({std::string(name.substr(0, name.size() - (text ? 1 : 0))), text});
+  }
+  return all;
+}
+
+// Their columns; those of text end in a colon.
+const auto contact_columns = {"t",  "contact:", "a:", "b:", "gap", "nx", "ny", "nz",
+                              "pn", "px",       "py", "pz", "fx",  "fy", "fz", "mode:"};
+const auto joint_columns = {"t",  "joint:", "coordinate", "rate", "fx",       "fy",
+                            "fz", "mx",     "my",         "mz",   "friction", "mode:"};
+const auto report_columns = {"t",
+                             "h",
+                             "status:",
+                             "advanced",
+                             "solver:",
+                             "iterations",
+                             "res_newton_euler",
+                             "res_kinematic",
+                             "res_joints",
+                             "res_normal",
+                             "res_friction",
+                             "gap_min",
+                             "joint_error",
+                             "energy",
+                             "energy_friction",
+                             "energy_impact",
+                             "energy_load",
+                             "energy_motor",
+                             "energy_surface",
+                             "energy_overlap",
+                             "energy_left",
+                             "projection"};
+const auto event_columns = {"t", "kind:", "contact:", "before:", "after:"};
+
 }  // namespace
+
+struct RunFiles::Tables {
+  using Clock = std::chrono::steady_clock;
+
+  Tables(const Model& m, const RunFilesOptions& options)
+      : model(m),
+        every(static_cast<std::size_t>(options.every)),
+        taken(options.taken),
+        halves(options.halves) {}
+
+  const Model& model;
+  std::size_t every, taken;
+  bool halves;
+  std::map<std::string, std::unique_ptr<RunTable>> all;
+  RunTable *trajectory = nullptr, *contacts = nullptr, *joints = nullptr, *report = nullptr,
+           *events = nullptr;
+  bool pending = false;  // the last step is not kept, unless it stays the last
+  State last;
+  StepReport last_report;
+  Clock::time_point flushed = Clock::now();
+
+  void keep(const State& x, const StepReport& step) {
+    add_state(*trajectory, model, x);
+    add_contacts(*contacts, model, step, halves);
+    add_joints(*joints, step);
+    add_figures(*report, step);
+  }
+};
+
+RunFiles::RunFiles(const std::filesystem::path& folder, const Model& model, const State& start,
+                   const RunFilesOptions& options) {
+  if (options.every < 1) refuse("write_run", "every", options.every, "needs to be at least 1");
+  tables_ = std::make_unique<Tables>(model, options);
+  const auto open = [&](const char* name, const std::vector<RunColumn>& header) {
+    const auto at = options.positions.find(name);
+    const std::uintmax_t position = at == options.positions.end() ? 0 : at->second;
+    auto table = std::make_unique<CsvTable>(folder / (std::string(name) + ".csv"), header, position);
+    return (tables_->all[name] = std::move(table)).get();
+  };
+  tables_->trajectory = open("trajectory", trajectory_header(model));
+  std::vector<RunColumn> contacts = columns(contact_columns);
+  if (options.halves) contacts.push_back({"half"});
+  tables_->contacts = open("contacts", contacts);
+  tables_->joints = open("joints", columns(joint_columns));
+  tables_->report = open("report", columns(report_columns));
+  if (options.events) tables_->events = open("events", columns(event_columns));
+  if (options.positions.empty()) add_state(*tables_->trajectory, model, start);
+  flush();
+}
+
+RunFiles::~RunFiles() = default;
+
+void RunFiles::step(const State& x, const StepReport& report) {
+  Tables& t = *tables_;
+  t.pending = ++t.taken % t.every != 0;
+  if (t.pending) {
+    t.last = x;
+    t.last_report = report;
+    return;
+  }
+  t.keep(x, report);
+  constexpr auto soon = std::chrono::milliseconds(250);
+  if (Tables::Clock::now() - t.flushed >= soon) flush();
+}
+
+void RunFiles::event(const Event& event) {
+  if (tables_->events == nullptr) return;
+  tables_->events->cell(event.t)
+      .cell(name_of(event.kind))
+      .cell(event.contact)
+      .cell(name_of(event.before))
+      .cell(name_of(event.after))
+      .end_row();
+}
+
+void RunFiles::flush() {
+  for (const auto& [name, table] : tables_->all) table->flush();
+  tables_->flushed = Tables::Clock::now();
+}
+
+RunPositions RunFiles::positions() const {
+  RunPositions positions;
+  for (const auto& [name, table] : tables_->all) positions[name] = table->position();
+  return positions;
+}
+
+void RunFiles::finish(const StepReport* failed) {
+  Tables& t = *tables_;
+  if (t.pending) t.keep(t.last, t.last_report);
+  t.pending = false;
+  if (failed != nullptr) add_figures(*t.report, *failed);
+  for (const auto& [name, table] : t.all) table->close();
+}
 
 void write_run(const std::filesystem::path& folder, const Model& model, const Trajectory& run,
                const RunFilesOptions& options) {
-  if (options.every < 1) refuse("write_run", "every", options.every, "needs to be at least 1");
-  CsvFile trajectory(folder / "trajectory.csv", trajectory_header(model));
-  std::vector<std::string> contact_columns{"t",  "contact", "a",  "b",  "gap", "nx", "ny", "nz",
-                                           "pn", "px",      "py", "pz", "fx",  "fy", "fz", "mode"};
-  if (options.halves) contact_columns.push_back("half");
-  CsvFile contacts(folder / "contacts.csv", contact_columns);
-  CsvFile joints(folder / "joints.csv", {"t", "joint", "coordinate", "rate", "fx", "fy", "fz", "mx", "my",
-                                         "mz", "friction", "mode"});
-  CsvFile report(folder / "report.csv", {"t",
-                                         "h",
-                                         "status",
-                                         "advanced",
-                                         "solver",
-                                         "iterations",
-                                         "res_newton_euler",
-                                         "res_kinematic",
-                                         "res_joints",
-                                         "res_normal",
-                                         "res_friction",
-                                         "gap_min",
-                                         "joint_error",
-                                         "energy",
-                                         "energy_friction",
-                                         "energy_impact",
-                                         "energy_load",
-                                         "energy_motor",
-                                         "energy_surface",
-                                         "energy_overlap",
-                                         "energy_left",
-                                         "projection"});
-  if (run.size() > 0) add_state(trajectory, model, run.front());
-  for (std::size_t step = 0; step < run.steps(); ++step) {
-    const std::size_t taken = step + 1;
-    if (taken % static_cast<std::size_t>(options.every) != 0 && taken != run.steps()) continue;
-    add_state(trajectory, model, run.state(taken));
-    const StepReport taken_step = run.report(step);
-    add_contacts(contacts, model, taken_step, options.halves);
-    add_joints(joints, taken_step);
-    add_figures(report, run.figures(step));
-  }
-  if (options.failed != nullptr) add_figures(report, *options.failed);
-  if (run.between) {
-    CsvFile events(folder / "events.csv", {"t", "kind", "contact", "before", "after"});
-    for (const Event& event : run.events)
-      events.cell(event.t)
-          .cell(name_of(event.kind))
-          .cell(event.contact)
-          .cell(name_of(event.before))
-          .cell(name_of(event.after))
-          .end_row();
-    events.finish();
-  }
-  trajectory.finish();
-  contacts.finish();
-  joints.finish();
-  report.finish();
+  RunFilesOptions how = options;
+  how.events = static_cast<bool>(run.between);
+  RunFiles files(folder, model, run.size() > 0 ? run.front() : model.rest(), how);
+  for (std::size_t i = 0; i < run.steps(); ++i) files.step(run.state(i + 1), run.report(i));
+  for (const Event& event : run.events) files.event(event);
+  files.finish(options.failed);
 }
 
 }  // namespace perp

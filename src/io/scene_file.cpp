@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
+#include "core/files.hpp"
 #include "io/names.hpp"
 #include "io/scene_gaps.hpp"
 #include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
+#include "io/scene_parts.hpp"
 #include "io/scene_table.hpp"
 #include "io/scene_words.hpp"
 #include "io/units.hpp"
@@ -23,11 +23,13 @@ class SceneReader {
  public:
   SceneReader(const std::string& file, const SceneParameters& set) : set_(set) { source_.file = file; }
 
-  Scene read(const TomlValue& toml) {
+  Scene read(const TomlValue& file) {
+    const SceneTable top(file, source_);
+    if (top.has("parameters")) parameters(top.table("parameters"));
+    const TomlValue toml = with_repeats(file, source_);
     const SceneTable root(toml, source_);
     root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
-                "joint_spring", "spring", "contact", "force"});
-    if (root.has("parameters")) parameters(root.table("parameters"));
+                "joint_spring", "spring", "contact", "force", "include", "repeat"});
     for (const auto& [name, value] : set_) need_parameter(name);
     scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
     if (root.has("what")) scene_.what = root.text("what");
@@ -282,26 +284,37 @@ class SceneReader {
 }  // namespace
 
 Scene read_scene(std::string_view text, const std::string& file, const SceneParameters& set) {
-  const TomlValue toml = parse_toml(text, file);
-  return SceneReader(file, set).read(toml);
+  return read_scene(text, file, set, [](const std::string& path) { return scene_text(path); });
+}
+
+Scene read_scene(std::string_view text, const std::string& file, const SceneParameters& set,
+                 const std::function<std::string(const std::string&)>& read) {
+  return SceneReader(file, set).read(with_includes(parse_toml(text, file), file, read));
+}
+
+bool is_scene_file(const std::string& name_or_file) {
+  const std::vector<std::string>& names = scene_names();
+  return std::find(names.begin(), names.end(), name_or_file) == names.end();
+}
+
+std::string scene_text(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  std::error_code none;
+  const bool path = name.find('/') != std::string::npos || name.ends_with(".toml") || name.ends_with(".urdf");
+  if (!path && !std::filesystem::exists(file, none))
+    refuse("scene", "SCENE", name, "needs to be a file or " + one_of(scene_names(), name));
+  if (!std::filesystem::is_regular_file(file, none))
+    refuse_at(name, {}, "a file that cannot be read", "needs a scene file");
+  if (const auto size = std::filesystem::file_size(file, none); size > longest_toml)
+    refuse_at(name, {}, std::to_string(size) + " bytes", "needs to have 100 MB at most");
+  return read_file(file, "needs a scene file");
 }
 
 Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
-  const std::vector<std::string>& names = scene_names();
-  if (std::find(names.begin(), names.end(), name_or_file) != names.end()) return scene(name_or_file, set);
-  const bool urdf = name_or_file.ends_with(".urdf");
-  const bool path = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml") || urdf;
-  std::error_code none;
-  if (!path && !std::filesystem::exists(name_or_file, none))
-    refuse("scene", "SCENE", name_or_file, "needs to be a file or " + one_of(names, name_or_file));
-  std::ifstream stream(name_or_file, std::ios::binary);
-  if (!stream || !std::filesystem::is_regular_file(name_or_file, none))
-    refuse_at(name_or_file, {}, "a file that cannot be read", "needs a scene file");
-  if (const auto size = std::filesystem::file_size(name_or_file, none); size > longest_toml)
-    refuse_at(name_or_file, {}, std::to_string(size) + " bytes", "needs to have 100 MB at most");
-  std::ostringstream text;
-  if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
-  return urdf ? read_urdf(text.view(), name_or_file, set) : read_scene(text.view(), name_or_file, set);
+  if (!is_scene_file(name_or_file)) return scene(name_or_file, set);
+  const std::string text = scene_text(name_or_file);
+  return name_or_file.ends_with(".urdf") ? read_urdf(text, name_or_file, set)
+                                         : read_scene(text, name_or_file, set);
 }
 
 }  // namespace perp

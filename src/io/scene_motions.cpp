@@ -152,7 +152,7 @@ PrescribedMotion read_samples(const SceneTable& table, const Pose& pose) {
   return motion;
 }
 
-const std::vector<std::string> kinds{"shaker", "turntable", "belt", "function", "table"};
+const std::vector<std::string> motion_kinds{"shaker", "turntable", "belt", "function", "table"};
 
 /// What a force may depend on, and its values now.
 std::vector<std::string> coordinates_of(BodyKind kind) {
@@ -173,7 +173,7 @@ std::array<double, 10> coordinates_now(const Model& model, const State& x, BodyI
 }  // namespace
 
 PrescribedMotion read_motion(const SceneTable& table, const Pose& pose) {
-  switch (table.word("kind", kinds)) {
+  switch (table.word("kind", motion_kinds)) {
     case 0: {
       table.allow({"kind", "amplitude", "rate", "phase"});
       const Vector3 amplitude = table.vector("amplitude", Dimension::Length);

@@ -207,7 +207,10 @@ Quaternion SceneTable::orientation() const {
   }
   const std::vector<double> q = numbers("orientation", 4, 4, Dimension::None);
   const Quaternion wxyz(q[0], q[1], q[2], q[3]);
-  if (!(wxyz.norm() > 0)) refuse("orientation", "a quaternion of length 0", "needs w, x, y, z of a rotation");
+  constexpr double typed = 0.01;  // what digits left out may come to; more is another thing than a rotation
+  if (!(std::abs(wxyz.norm() - 1) <= typed))
+    refuse("orientation", "a quaternion of length " + shortest(wxyz.norm()),
+           "needs w, x, y, z of a rotation, of length 1");
   return unit(wxyz);
 }
 

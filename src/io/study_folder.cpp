@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <climits>
 #include <cmath>
 #include <exception>
-#include <fstream>
 #include <map>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
+#include "core/files.hpp"
 #include "io/machine.hpp"
 #include "io/study_journal.hpp"
 #include "io/study_page.hpp"
@@ -21,14 +23,15 @@ namespace {
 
 constexpr const char* request_file = "study.request";
 
-/// Writes a file that is whole or the one before it.
-void replace_file(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path part = path.string() + ".part";
-  std::ofstream out(part, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) refuse("study", "file", path.string(), "needs to be a file that can be written");
-  std::filesystem::rename(part, path);
+/// The run that the journal has for a planned one; null if it has none, or one of another model.
+const StudyRun* found(const StudyPlan& plan, const StudyJournal::Contents& contents,
+                      const PlannedRun& planned) {
+  const auto known = contents.runs.find(planned.key);
+  if (known == contents.runs.end()) return nullptr;
+  const StudyRun& run = known->second;
+  const Model& model = plan.scenes[planned.scene].scene().model;
+  const bool fits = run.failed > 0 || (run.end.q.size() == model.nq() && run.end.nu.size() == model.nv());
+  return fits ? &run : nullptr;
 }
 
 /// Hands out the runs that are still to be made, coarse steps first, and keeps what they came to.
@@ -39,11 +42,11 @@ class Workshop {
     for (const PlannedRun& run : plan.runs) {
       if (run.shard != options.shard - 1) continue;
       ++planned_;
-      const auto known = journal.contents().runs.find(run.key);
-      if (known == journal.contents().runs.end())
+      const StudyRun* known = found(plan, journal.contents(), run);
+      if (known == nullptr)
         waiting_.push_back(&run);
       else
-        learn_cost(run, known->second);
+        learn_cost(run, *known);
     }
     before_ = planned_ - static_cast<int>(waiting_.size());
     std::stable_sort(waiting_.begin(), waiting_.end(),
@@ -53,7 +56,14 @@ class Workshop {
   /// Works until nothing is left that fits the budget; rethrows what went wrong in any thread.
   void run() {
     std::vector<std::thread> others;
-    for (int i = 1; i < options_.jobs; ++i) others.emplace_back([this] { work(); });
+    const auto useful = static_cast<int>(std::min<std::size_t>(waiting_.size(), INT_MAX));
+    try {
+      while (threads_ < std::min(options_.jobs, useful)) {
+        others.emplace_back([this] { work(); });
+        ++threads_;
+      }
+    } catch (const std::system_error&) {  // the system gives no more: with those there are
+    }
     work();
     for (std::thread& thread : others) thread.join();
     if (error_) std::rethrow_exception(error_);
@@ -62,6 +72,7 @@ class Workshop {
   int planned() const { return planned_; }
   int before() const { return before_; }
   int made() const { return made_; }
+  int threads() const { return threads_; }
 
  private:
   void work() {
@@ -116,7 +127,7 @@ class Workshop {
   StudyJournal& journal_;
   std::vector<const PlannedRun*> waiting_;
   std::size_t next_ = 0;
-  int planned_ = 0, before_ = 0, made_ = 0;
+  int planned_ = 0, before_ = 0, made_ = 0, threads_ = 1;
   std::map<Line, double> seconds_a_step_;
   std::exception_ptr error_;
   std::mutex mutex_;
@@ -135,9 +146,9 @@ void write_results(const StudyRequest& request, const StudyPlan& plan, const Stu
   for (std::size_t i = 0; i < plan.scenes.size(); ++i) {
     std::vector<StudyRun> runs;
     for (const PlannedRun& planned : plan.runs) {
-      const auto known = contents.runs.find(planned.key);
-      if (planned.scene != i || known == contents.runs.end()) continue;
-      runs.push_back(known->second);
+      const StudyRun* known = planned.scene == i ? found(plan, contents, planned) : nullptr;
+      if (known == nullptr) continue;
+      runs.push_back(*known);
       runs.back().method = methods[planned.line]->name();
       runs.back().parameter = parameter_of(*methods[planned.line]);
       runs.back().level = planned.level;
@@ -176,8 +187,11 @@ StudyOutcome run_study(const StudyRequest& request, const std::filesystem::path&
     Workshop workshop(plan, options, journal);
     if (workshop.before() < workshop.planned()) journal.add_machine(machine());
     workshop.run();
-    outcome = {
-        .tables = {}, .planned = workshop.planned(), .before = workshop.before(), .made = workshop.made()};
+    outcome = {.tables = {},
+               .planned = workshop.planned(),
+               .before = workshop.before(),
+               .made = workshop.made(),
+               .threads = workshop.threads()};
   }
   const StudyJournal::Contents contents = StudyJournal::read(folder);
   if (options.shards == 1) {
@@ -185,9 +199,8 @@ StudyOutcome run_study(const StudyRequest& request, const std::filesystem::path&
     return outcome;
   }
   for (const PlannedRun& run : plan.runs) {
-    const auto known = contents.runs.find(run.key);
-    if (run.shard == options.shard - 1 && known != contents.runs.end())
-      outcome.failed += known->second.failed > 0;
+    const StudyRun* known = run.shard == options.shard - 1 ? found(plan, contents, run) : nullptr;
+    outcome.failed += known != nullptr && known->failed > 0;
   }
   return outcome;
 }
@@ -213,7 +226,7 @@ StudyOutcome merge_studies(const std::vector<std::filesystem::path>& folders,
     }
     replace_file(folder / request_file, write_request(request));
     outcome.planned = static_cast<int>(plan.runs.size());
-    for (const PlannedRun& run : plan.runs) outcome.before += known.runs.count(run.key) > 0;
+    for (const PlannedRun& run : plan.runs) outcome.before += found(plan, known, run) != nullptr;
   }
   write_results(request, plan, StudyJournal::read(folder), folder, outcome);
   return outcome;

@@ -7,21 +7,19 @@
 #include <set>
 #include <string>
 
+#include "core/files.hpp"
 #include "perp/study/convergence.hpp"
 
 namespace perp {
 
 /// Appends to a file FOLDER/runs.journal and reads back what stands there. A line is a checksum, a letter (R a run, M the
-/// machine on which the runs below were made) and cells, with tabs between them. One that was cut off by a crash, or does
-/// not have its checksum, is dropped: its run is made again.
+/// machine on which the runs below were made) and cells, with tabs between them. One that was cut off by a crash, does
+/// not have its checksum, or is no run, is dropped: its run is made again.
 class StudyJournal {
  public:
   /// Opens or makes the journal and keeps others from writing to it. Throws std::invalid_argument if it cannot be written,
   /// or if another study is writing to it now.
   explicit StudyJournal(const std::filesystem::path& folder);
-  ~StudyJournal();
-  StudyJournal(const StudyJournal&) = delete;
-  StudyJournal& operator=(const StudyJournal&) = delete;
 
   /// What a journal holds, without touching it; nothing if there is none.
   struct Contents {
@@ -38,13 +36,9 @@ class StudyJournal {
  private:
   void append(const std::string& cells);
 
-  int file_ = -1;
-  std::filesystem::path path_;
+  OutputFile file_;
   Contents contents_;
   std::mutex one_at_a_time_;
 };
-
-/// A number that says whether two texts are the same (FNV-1a), in hexadecimal.
-[[nodiscard]] std::string fingerprint(std::string_view text);
 
 }  // namespace perp

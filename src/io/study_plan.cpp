@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
+#include <sstream>
 
-#include "io/study_journal.hpp"
+#include "core/files.hpp"
+#include "io/fingerprint.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/scene_file.hpp"
 #include "perp/version.hpp"
@@ -42,10 +42,7 @@ bool is_file(const std::string& scene) {
   return std::find(names.begin(), names.end(), scene) == names.end();
 }
 
-std::string contents(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+std::string contents(const std::string& file) { return read_file(file, "needs a scene file"); }
 
 std::vector<StudyLine> lines_of(const StudyRequest& request) {
   std::vector<StudyLine> lines;
@@ -139,10 +136,10 @@ std::string write_request(const StudyRequest& request) {
 }
 
 StudyRequest read_request(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in)
+  if (std::error_code none; !std::filesystem::exists(file, none))
     refuse("perp study", "folder", file.parent_path().string(),
            "holds no study: there is no " + file.string());
+  std::istringstream in(read_file(file, "needs to be as perp study wrote it"));
   StudyRequest request;
   request.edges.clear();
   request.tolerances.clear();

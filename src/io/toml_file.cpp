@@ -244,7 +244,7 @@ void refuse_at(std::string_view file, const Place& place, std::string_view found
   for (char& c : shown)
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
   if (found.size() > readable) shown += "...";
-  std::string message(file);
+  std::string message(place.file ? std::string_view(*place.file) : file);
   message.append(":").append(std::to_string(place.line)).append(":").append(std::to_string(place.column));
   throw std::invalid_argument(message.append(": ").append(shown).append(", ").append(allowed));
 }

@@ -1,6 +1,7 @@
 // TOML read into a tree in which everything knows its line and column.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,7 @@ namespace perp {
 /// A place in a text, counted from 1; columns in bytes.
 struct Place {
   std::size_t line = 1, column = 1;
+  std::shared_ptr<const std::string> file = nullptr;  ///< null: the file that is being read
 };
 
 /// A value of a TOML file. Whole numbers are numbers: 1 is as good as 1.0.

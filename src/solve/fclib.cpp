@@ -72,11 +72,9 @@ class FclibReader {
   }
 
   std::vector<int> integers(const std::string& name) const { return read<int>(name, H5T_NATIVE_INT); }
-  Vector reals(const std::string& name, Eigen::Index size) const {
+  Vector reals(const std::string& name) const {
     const std::vector<double> x = read<double>(name, H5T_NATIVE_DOUBLE);
-    if (static_cast<Eigen::Index>(x.size()) != size)
-      fail(name + " has " + std::to_string(x.size()) + " numbers", std::to_string(size) + " are needed");
-    const Vector values = Eigen::Map<const Vector>(x.data(), size);
+    const Vector values = Eigen::Map<const Vector>(x.data(), static_cast<Eigen::Index>(x.size()));
     if (!values.allFinite()) fail(name + " has a number that is not finite", "finite numbers are needed");
     return values;
   }
@@ -86,10 +84,13 @@ class FclibReader {
     return x[0];
   }
 
+  /// (rows, columns), as the problem's vectors say: a file of no length may announce any size.
   /// nz >= 0: triplets with i the row and p the column; -1: by columns; -2: by rows.
-  SparseMatrix matrix(const std::string& name) const {
+  SparseMatrix matrix(const std::string& name, Eigen::Index rows, Eigen::Index columns) const {
     const int m = integer(name + "/m"), n = integer(name + "/n"), nz = integer(name + "/nz");
-    if (m < 0 || n < 0) fail(name + " has a negative size", "sizes >= 0 are needed");
+    if (m != rows || n != columns)
+      fail(name + " is " + std::to_string(m) + " by " + std::to_string(n),
+           std::to_string(rows) + " by " + std::to_string(columns) + " is needed, as its vectors are");
     const std::vector<int> p = integers(name + "/p"), i = integers(name + "/i");
     const int outer = nz == -2 ? m : n;
     if (nz < -2) fail(name + "/nz is " + std::to_string(nz), "-2, -1 or the number of triplets is needed");
@@ -135,6 +136,13 @@ class FclibReader {
     if (!set.valid()) fail(name + " is not a dataset", "numbers are needed");
     const Handle space(H5Dget_space(set), H5Sclose);
     const hssize_t size = H5Sget_simple_extent_npoints(space);
+    // no compression of HDF5's makes more than some thousand numbers of a byte
+    constexpr double most = 8192;
+    const auto stored = static_cast<double>(H5Dget_storage_size(set));
+    if (static_cast<double>(size) > most * (stored + 1))
+      fail(name + " announces " + std::to_string(size) + " numbers and holds " +
+               std::to_string(static_cast<long long>(stored)) + " bytes",
+           "a dataset of numbers is needed");
     std::vector<T> values(size > 0 ? static_cast<size_t>(size) : 0);
     if (size < 0 || (size > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0))
       fail(name + " cannot be read as numbers", "a dataset of numbers is needed");
@@ -207,24 +215,27 @@ FrictionProblem read_fclib(const std::string& path) {
   if (dimension != 2 && dimension != 3)
     file.fail(root + "/spacedim is " + std::to_string(dimension), "2 or 3 is needed");
   if (global) {
-    problem.M = file.matrix(root + "/M");
-    problem.H = file.matrix(root + "/H");
-    problem.f = file.reals(root + "/vectors/f", problem.M.rows());
-    problem.w = file.reals(root + "/vectors/w", problem.H.cols());
+    problem.f = file.reals(root + "/vectors/f");
+    problem.w = file.reals(root + "/vectors/w");
+    problem.M = file.matrix(root + "/M", problem.f.size(), problem.f.size());
+    problem.H = file.matrix(root + "/H", problem.f.size(), problem.w.size());
     if (file.has(root + "/G")) {
-      problem.G = file.matrix(root + "/G");
-      problem.b = file.reals(root + "/vectors/b", problem.G.cols());
+      problem.b = file.reals(root + "/vectors/b");
+      problem.G = file.matrix(root + "/G", problem.f.size(), problem.b.size());
     }
   } else {
     if (file.has(root + "/V"))
       file.fail("there is an equality part /fclib_local/V", "a problem without it is needed");
-    problem.W = file.matrix(root + "/W");
-    problem.q = file.reals(root + "/vectors/q", problem.W.rows());
+    problem.q = file.reals(root + "/vectors/q");
+    problem.W = file.matrix(root + "/W", problem.q.size(), problem.q.size());
   }
   if (problem.rows() % dimension != 0)
     file.fail("the rows of contacts are " + std::to_string(problem.rows()),
               "a multiple of spacedim is needed");
-  problem.mu = file.reals(root + "/vectors/mu", problem.rows() / dimension);
+  problem.mu = file.reals(root + "/vectors/mu");
+  if (problem.mu.size() != problem.rows() / dimension)
+    file.fail(root + "/vectors/mu has " + std::to_string(problem.mu.size()) + " numbers",
+              std::to_string(problem.rows() / dimension) + " are needed");
   set_kinds(problem, dimension);
   try {
     check(problem);

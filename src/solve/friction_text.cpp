@@ -3,6 +3,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "core/files.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/solve/numerics_matrix.hpp"
 
@@ -114,10 +115,9 @@ void write_friction_text(const FrictionProblem& problem, const std::string& path
     write_vector(text, problem.q);
   }
   write_vector(text, problem.mu);
-  std::ofstream file(path, std::ios::binary);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
+  OutputFile file(path);
+  file.append(text);
   file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
 }
 
 }  // namespace perp

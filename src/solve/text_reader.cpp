@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
+#include "core/files.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
@@ -38,10 +37,7 @@ ParseError::ParseError(std::string_view file, int line, int column, std::string_
 TextReader::TextReader(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {}
 
 TextReader TextReader::from_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) refuse("TextReader::from_file", "path", path, "a readable file is needed");
-  return TextReader(std::move(text), path);
+  return TextReader(read_file(path, "a readable file is needed"), path);
 }
 
 void TextReader::skip_blanks() {

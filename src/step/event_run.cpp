@@ -41,6 +41,7 @@ EventRun::EventRun(const Model& model, const EventDrivenOptions& options, Trajec
   integrator_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
   local_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
   now_.x = out.back();
+  t_begin_ = now_.x.t;
   continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, options, {}});
   out_.between = [kept = continuation_](const State& from, std::size_t i, double t) {
     return kept->go_on(from, i, t);
@@ -145,7 +146,7 @@ bool EventRun::advance(double t_stop) {
   }
   State end = now_.x;
   const double time_scale = scales_.speed > 0 ? scales_.length / scales_.speed : infinity;
-  if (t_stop - now_.x.t <= std::min(1e-9 * time_scale, 1e-9 * (t_stop - out_.t(0)))) {
+  if (t_stop - now_.x.t <= std::min(1e-9 * time_scale, 1e-9 * (t_stop - t_begin_))) {
     // too short for the integrator: a Taylor step is exact to rounding
     EventSample last;
     if (!state_at(t_stop, last)) return fail(StepStatus::NotFinite, "the state is not finite");

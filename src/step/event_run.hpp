@@ -125,6 +125,7 @@ class EventRun {
   Modes modes_;
   std::vector<Root> roots_;
   EventSample now_;
+  double t_begin_ = 0;  // of the run
   bool restart_ = true;
   double natural_step_ = 0;  // of the integrator, where nothing cut it short
   int carried_ = 0;

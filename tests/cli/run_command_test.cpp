@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "perp/study/scene.hpp"
 #include "tests/cli/program.hpp"
 
 namespace perp {
@@ -82,7 +83,7 @@ TEST_CASE("perp run --edges sets how many directions friction has", "[run]") {
   CHECK(error(8) == Approx(0.0613122).epsilon(0.3));
 }
 
-TEST_CASE("each kind of body has its own columns, and a prescribed one has none", "[run]") {
+TEST_CASE("each kind of body has its own columns, a prescribed one those of a spatial one", "[run]") {
   const Scratch scratch("run-columns");
   const auto header = [&](const std::string& scene) {
     CHECK(run_perp(scratch, "run " + scene + " --method lcp --step 0.1 --until 0.1 --out " + (scratch / "o"))
@@ -95,9 +96,18 @@ TEST_CASE("each kind of body has its own columns, and a prescribed one has none"
         "wz");
   CHECK(header("roller-in-cylinder").find(".x,roller.y,roller.angle,roller.vx,roller.vy,roller.omega") !=
         std::string::npos);
-  const std::string shaken = header("shaker");  // a particle on a prescribed plate
-  CHECK(shaken.find(".x") == shaken.rfind(".x"));
-  CHECK(shaken.substr(shaken.size() - 3) == ".vz");
+  CHECK(header("shaker") ==
+        "t,plate.x,plate.y,plate.z,plate.qw,plate.qx,plate.qy,plate.qz,plate.vx,plate.vy,plate.vz,plate.wx,"
+        "plate."
+        "wy,plate.wz,particle.x,particle.y,particle.z,particle.vx,particle.vy,particle.vz");
+  auto table = columns(scratch / "o/trajectory.csv");
+  CHECK(table["plate.qw"] == std::vector<std::string>{"1", "1"});
+  const Scene scene = perp::scene("shaker");
+  State x = scene.start;
+  x.t = 0.1;
+  const BodyId plate = scene.model.find_body("plate");
+  CHECK(std::stod(table["plate.z"][1]) == scene.model.position(x, plate).z());
+  CHECK(std::stod(table["plate.vz"][1]) == scene.model.velocity(x, plate).z());
 }
 
 TEST_CASE("the angular velocity in trajectory.csv is in world axes", "[run]") {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -14,11 +15,21 @@ namespace perp {
 /// scene() does.
 [[nodiscard]] Scene load_scene(const std::string& name_or_file, const SceneParameters& set = {});
 
+/// Whether SCENE names a file, not a built-in scene.
+[[nodiscard]] bool is_scene_file(const std::string& name_or_file);
+
+/// The text of a scene file. Throws std::invalid_argument if it cannot be read or is longer than 100 MB.
+[[nodiscard]] std::string scene_text(const std::filesystem::path& file);
+
 /// The scene that `text` describes; `file` is what messages call it, and its stem the scene's name if it gives none.
 /// Throws std::invalid_argument with "FILE:LINE:COLUMN: what was found, what is allowed" for the first thing that is
 /// not a scene, and if `set` names a parameter that the file does not have. A scene is read whole or not at all.
 [[nodiscard]] Scene read_scene(std::string_view text, const std::string& file,
                                const SceneParameters& set = {});
+
+/// The same; `read` gives the texts of included files by their paths.
+[[nodiscard]] Scene read_scene(std::string_view text, const std::string& file, const SceneParameters& set,
+                               const std::function<std::string(const std::string& path)>& read);
 
 /// The text that read_scene makes the same model and start of, to the last bit, and write_scene the same text again;
 /// all in numbers, the parameters' values said in `what`. Throws std::invalid_argument naming what no file can say: a

@@ -34,7 +34,7 @@ struct StudyProgress {
 
 struct StudyOptions {
   double budget = infinity;  ///< wall-clock seconds; a run that is not expected to end within it is not begun
-  int jobs = 1;              ///< threads
+  int jobs = 1;              ///< threads at most
   int shard = 1, shards = 1;  ///< takes the runs of part `shard` of `shards`
   TimingOptions timing = {};
   std::function<void(const StudyProgress&)> progress =
@@ -48,6 +48,8 @@ struct StudyOutcome {
   int made = 0;                          ///< of these, made now
   std::string no_pictures = {};          ///< why charts were not drawn, or empty
   int failed = 0;                        ///< of those there: runs in which a step failed
+
+  int threads = 1;  ///< that ran: fewer than jobs where there was less to do, or the system gave no more
 
   int left() const { return planned - before - made; }
 };

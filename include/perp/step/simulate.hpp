@@ -14,6 +14,34 @@ struct SimulateOptions {
   bool project_initial = false;            ///< first moves x onto its constraints (project_onto_constraints)
   double max_correction_speed = infinity;  ///< cap on the speed at which an overlap is pushed out [m/s]
   std::function<bool(double t)> progress = {};  ///< called after every step; false ends the run there
+
+  // Of a run of fixed steps that is made in pieces: x is its state after `taken` steps from t_start.
+  double t_start = not_set;  ///< [s]; x.t if not set
+  std::size_t taken = 0;
+  double first_overlap = not_set;  ///< overlap() at t_start; that of x if not set
+  std::size_t most = 0;            ///< steps to take now at most; 0: all to t_end
+};
+
+/// By how much contacts overlap or joints are open at x, the largest [m, rad]; 0 where they fit.
+[[nodiscard]] double overlap(const Model& model, const State& x);
+
+/// Where a run's rows go as they come, for runs that are not to be kept in memory. What a sink throws ends the run and comes out of
+/// simulate().
+class RunSink {
+ public:
+  virtual ~RunSink() = default;
+  virtual void step(const State& x, const StepReport& report) = 0;  ///< one that advanced, to x
+  virtual void event(const Event& event) {
+    (void)event;
+  }  ///< of methods that locate them: after the row it belongs to
+};
+
+/// How a run into a sink ended.
+struct RunEnd {
+  State x;                ///< of the last step
+  std::size_t steps = 0;  ///< taken now
+  bool reached = false;   ///< t_end; else `progress` ended it
+  long evaluations = 0;   ///< of the right-hand side, of methods that have one
 };
 
 /// A step that did not reach its tolerance: what it said, and the trajectory up to it. The one exception that a correct
@@ -31,6 +59,10 @@ class StepFailure : public std::runtime_error {
 /// cannot take.
 [[nodiscard]] Trajectory simulate(const Model& model, Stepper& stepper, const State& x,
                                   const SimulateOptions& options);
+
+/// The same, its rows given to `sink`: memory does not grow with the run. A StepFailure's trajectory then holds the last state alone.
+[[nodiscard]] RunEnd simulate(const Model& model, Stepper& stepper, const State& x,
+                              const SimulateOptions& options, RunSink& sink);
 
 /// How far project_onto_constraints moved a state.
 struct Projection {
