@@ -99,6 +99,10 @@ struct BoxOnBox {
   double lever_a() const { return infinity; }  // its points come and go as it slides: not a distance
   double lever_b() const { return infinity; }
 
+  /// Of the half size: what is outside by less stays a corner, so that boxes of one size on top of each other keep theirs, each in its
+  /// place, whatever rounding says.
+  static constexpr double slack = 1e-9;
+
   /// Corners (x, y, z) in A's axes of B's bottom face, clipped; from the pose of B in A's axes over any scalar.
   template <class S>
   std::size_t overlap(const Eigen::Matrix<S, 3, 1>& p, const Eigen::Matrix<S, 3, 3>& R,
@@ -112,7 +116,7 @@ struct BoxOnBox {
         corner[k] = base[k] + sign.x() * b.x() * R(k, 0) + sign.y() * b.y() * R(k, 1);
     }
     for (int axis = 0; axis < 2; ++axis)
-      for (const double side : {1.0, -1.0}) polygon.clip(axis, side, a[axis]);
+      for (const double side : {1.0, -1.0}) polygon.clip(axis, side, (1 + slack) * a[axis]);
     for (std::size_t i = 0; i < polygon.size; ++i) {  // height of the face's plane over each corner
       const auto& x = polygon.corner[i];
       out[i] = {x[0], x[1], base[2] - (R(0, 2) * (x[0] - base[0]) + R(1, 2) * (x[1] - base[1])) / R(2, 2)};

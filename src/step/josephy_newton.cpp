@@ -18,6 +18,7 @@ struct Rows {
   Eigen::Index contacts = 0, equalities = 0;
   FrictionProblem problem;
   Vector u, p, u_b, p_b;
+  int spent = 0;  // iterations of the chain
 
   explicit Rows(const std::vector<Reaction>& reactions) {
     std::vector<double> mu;
@@ -94,6 +95,7 @@ bool dense_round(const Model& model, const std::vector<Coupling>& K, const Vecto
   rows.problem.q = rows.u + G * Y.topRows(nv).col(m);
   how.start = rows.p;
   const FrictionSolution answer = solve_friction(rows.problem, how);
+  rows.spent = answer.iterations;
   const Vector y = Y.leftCols(m) * answer.r + Y.col(m);
   nu += y.head(nv);
   rows.give(answer.r, rows.p_b + y.tail(nb), reactions);
@@ -141,6 +143,7 @@ bool sparse_round(const Model& model, const Instant& instant, const Vector& R, F
   }
   how.start = rows.p;
   const FrictionSolution answer = solve_friction(problem, how);
+  rows.spent = answer.iterations;
   if (answer.v.size() != nv || !answer.v.allFinite()) return false;
   nu = answer.v;
   rows.give(answer.r, rows.equalities > 0 ? answer.lambda : rows.p_b, reactions);
@@ -153,15 +156,21 @@ bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, c
                                      bool ipopt, Vector& nu, std::vector<Reaction>& reactions,
                                      NewtonOutcome& outcome) {
   constexpr int most_rounds = 12;
-  FrictionOptions how{.tolerance = options.tolerance};
+  constexpr int most_idle = 2;       // rounds in a row that have not halved the residual
+  constexpr double most_work = 2e5;  // rows times iterations of the chain, over all rounds
+  constexpr Eigen::Index few = 180;  // rows up to which Ipopt's dense problem is affordable
+  FrictionOptions how{.tolerance = options.tolerance, .use_ipopt = false};
   how.method = ipopt ? FrictionMethod::Ipopt : FrictionMethod::Chain;
-  for (int round = 0; round < most_rounds; ++round) {
+  double best = infinity, work = 0;
+  for (int round = 0, idle = 0; round < most_rounds && idle < most_idle && work < most_work; ++round) {
     problem.differentiate(reactions, K_);
     Rows rows(reactions);
-    if (rows.contacts == 0) return false;
+    if (rows.contacts == 0 || (ipopt && rows.contacts > few)) return false;
+    how.max_iterations = 1 + static_cast<int>((most_work - work) / static_cast<double>(rows.contacts));
     const bool found = rows.contacts <= most_dense_rows
                            ? dense_round(model, K_, R_, how, rows, nu, reactions)
                            : sparse_round(model, *instant_, R_, how, rows, nu, reactions);
+    work += static_cast<double>(rows.spent) * static_cast<double>(rows.contacts);
     if (!found) return false;
     ++outcome.iterations;
     outcome.solver = ipopt ? "ipopt" : "friction-chain";
@@ -173,6 +182,8 @@ bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, c
       short_run.most = 12;
       if (newton(model, problem, short_run, nu, reactions, outcome)) return true;
     }
+    idle = outcome.residuals.largest() < 0.5 * best ? 0 : idle + 1;
+    best = std::min(best, outcome.residuals.largest());
   }
   return false;
 }

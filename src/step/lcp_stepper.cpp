@@ -8,6 +8,7 @@
 #include "perp/instant/friction_polygon.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/step/polygonal_lcp.hpp"
+#include "solve/basis_pivots.hpp"
 #include "step/certificate.hpp"
 #include "step/free_rotation.hpp"
 #include "step/implicit_step.hpp"
@@ -28,12 +29,19 @@ struct IslandProblem {
   PolygonalLcp polygonal;
   LemkeSolver lemke;
   LcpSolution solution;
-  Vector r, u;  // impulses and velocities along the rows of `reduced`
+  BasisPivots pivots;
+  KeptBasis last[2];  // of the problem without and with restitution
+  Vector r, u;        // impulses and velocities along the rows of `reduced`
 };
 
-/// Whether the linearised gap closes within h at the velocity without reactions.
-bool closes(const ContactInstant& c, const Vector& nu_free, double h) {
-  return c.psi_n + h * c.velocity(nu_free).x() <= 0;
+/// Unknowns up to which Lemke's path costs no more than a factorisation.
+constexpr int few_unknowns = 60;
+
+/// Whether the linearised gap closes within h at the velocity without reactions. What touches to rounding of the step's `speed` counts:
+/// joints of a stack at rest do not come and go.
+bool closes(const ContactInstant& c, const Vector& nu_free, double h, double speed) {
+  constexpr double rounding = 1e-9;  // of the way that a step at `speed` goes
+  return c.psi_n + h * c.velocity(nu_free).x() <= rounding * h * speed;
 }
 
 }  // namespace
@@ -45,6 +53,7 @@ struct LcpStepper::Workspace {
   Vector load, nu_free, gained;    // k; nu + h M^-1 k; h M^-1 k
   Vector gap_term, joint_bias;     // beside W_n^T nu+ + dpsi_n/dt; psi_b/h + dpsi_b/dt
   std::vector<int> active, added;  // contacts that take part, ascending; scratch
+  std::vector<int> points;         // of an island's contacts
   Islands islands;
   std::vector<IslandProblem> problems;  // one an island, in their order
   Answer answer, rebound;               // without and with restitution
@@ -89,10 +98,11 @@ void LcpStepper::begin(const Model& model, const State& x, const StepRequest& re
   for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
     w.joint_bias[static_cast<int>(i)] = s.joint_rows[i].psi_b / request.h + s.joint_rows[i].psi_b_t;
 
+  const double speed = std::max(x.nu.lpNorm<Eigen::Infinity>(), w.nu_free.lpNorm<Eigen::Infinity>());
   w.active.clear();
   w.gap_term.resize(static_cast<Eigen::Index>(s.contacts.size()));
   for (std::size_t i = 0; i < s.contacts.size(); ++i) {
-    if (closes(s.contacts[i], w.nu_free, request.h)) w.active.push_back(static_cast<int>(i));
+    if (closes(s.contacts[i], w.nu_free, request.h, speed)) w.active.push_back(static_cast<int>(i));
     const double rate = std::max(s.contacts[i].psi_n / request.h, -request.max_correction_speed);
     w.gap_term[static_cast<int>(i)] = options_.anitescu_potra ? 0 : rate;
   }
@@ -115,9 +125,18 @@ bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& 
     w.assemble(model, s, i, request.h, true);
     const Lcp& lcp = problem.polygonal.lcp();
     LcpSolution& solution = problem.solution;
-    problem.lemke.solve(lcp.A, lcp.b, solution);
-    const int pivots = solution.pivots;
-    if (!solution.solved()) solution = solve_lcp(lcp);
+    KeptBasis& last = problem.last[&answer == &w.rebound ? 1 : 0];
+    w.points.clear();
+    for (const int c : islands[i].contacts) w.points.push_back(s.contacts[at(c)].point);
+    const bool large = lcp.b.size() > few_unknowns;
+    int pivots = 0;
+    if (!large || last.of != w.points || !problem.pivots.solve(lcp.A, lcp.b, last.basic, solution)) {
+      problem.lemke.solve(lcp.A, lcp.b, solution);
+      pivots = solution.pivots;
+      last.basic.clear();
+      if (large && solution.solved()) last.keep(w.points, solution.z);
+      if (!solution.solved()) solution = solve_lcp(lcp);
+    }
     answer.solver = solution.stage;
     answer.iterations += solution.pivots + (solution.stage == "lemke" ? 0 : pivots);
     if (!solution.solved() && solution.status != LcpStatus::Inaccurate) {  // the certificate judges that one

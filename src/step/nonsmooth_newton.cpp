@@ -14,8 +14,9 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 constexpr double steps_rho[] = {1, 0.1, 10};
 constexpr int maps = 3, patience = 6;  // iterations without half the residual before the map changes
 
-/// F = p - projection(p - rho u/w) and P.
-void alart_curnier(const Reaction& r, LinearizedReaction& row) {
+/// F = p - projection(p - rho u/w) and P. A contact that touches without a load, z_n within `rounding` [m/s] of zero, counts as
+/// closed in P: so a stack that begins to carry closes all of its joints at once, not one in an iteration.
+void alart_curnier(const Reaction& r, double rounding, LinearizedReaction& row) {
   const Vector3 z = r.p - row.rho / r.w * r.u;
   Vector3 projected;
   if (r.law == Law::Equality) {
@@ -23,6 +24,13 @@ void alart_curnier(const Reaction& r, LinearizedReaction& row) {
     row.P = Vector3(1, 0, 0).asDiagonal();
   } else {
     alart_curnier_projection(kind_of(r.law), r.mu, z, projected, row.P);
+    if (r.law != Law::Interval && z.x() <= 0 && r.w * z.x() >= -row.rho * rounding) {
+      const double slip = z.tail<2>().norm();
+      const bool sticks = r.w * slip <= row.rho * rounding;
+      const Vector3 touching = sticks ? Vector3(1, 0, 0) : Vector3(1e-8 * slip, z.y(), z.z());
+      Vector3 unused;
+      alart_curnier_projection(kind_of(r.law), r.mu, touching, unused, row.P);
+    }
   }
   row.F = r.p - projected;
 }
@@ -127,17 +135,19 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     island.residuals = {};
     island.merit = 0;
   }
+  constexpr double eps = 16 * std::numeric_limits<double>::epsilon();
+  const double rounding = options.rounding + eps * nu.lpNorm<Eigen::Infinity>();
   rows_.resize(reactions.size());
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     LinearizedReaction& row = rows_[i];
     row.rho = 1;
-    alart_curnier(r, row);
+    alart_curnier(r, rounding, row);
     const Vector3 miss = r.w * row.F.cwiseAbs();
     Island& island = islands_[island_number(r)];
     if (island.map > 0 && r.law != Law::Equality) {
       row.rho = steps_rho[island.map];
-      alart_curnier(r, row);
+      alart_curnier(r, rounding, row);
     }
     StepResiduals& e = island.residuals;
     if (r.law == Law::Equality)
@@ -174,7 +184,6 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
   }
   for (Island& island : islands_) {
     const StepResiduals& e = island.residuals;
-    constexpr double eps = 16 * std::numeric_limits<double>::epsilon();
     island.floor = eps * e.speed + options.rounding;
     island.good = e.largest() <= options.tolerance * e.speed + options.rounding;
     outcome.converged = outcome.converged && island.good;
