@@ -174,10 +174,10 @@ inline Start chain_start(Draw& draw) {
   return s;
 }
 
-/// A frame on two to six wheels whose brakes hold or slip, on a slope, at rest or rolling.
+/// A frame on two to six wheels whose brakes hold or slip, on a slope, at rest or rolling; the ground is rough enough for all of them.
 inline Start braked_cart_start(Draw& draw) {
   Start s;
-  const double slope = draw(0, 0.5), r = 0.1, speed = draw.coin() ? 0 : draw(-2, 2), mu = draw(0.1, 1.2);
+  const double slope = draw(0, 0.5), r = 0.1, speed = draw.coin() ? 0 : draw(-2, 2), mu = draw(0.9, 1.2);
   s.model.set_gravity(9.81 * Vector3(std::sin(slope), -std::cos(slope), 0));
   const int wheels = 2 + static_cast<int>(draw(0, 5));
   const BodyId frame = s.model.add_planar_body(draw(1, 5), 0.1, {.pose = {{0, r, 0}}});
@@ -185,7 +185,7 @@ inline Start braked_cart_start(Draw& draw) {
   for (int i = 0; i < wheels; ++i) {
     const Vector3 hub(0.6 * i / (wheels - 1) - 0.3, r, 0);
     wheel.push_back(s.model.add_planar_body(0.5, 0.0025, {.pose = {hub}}));
-    s.model.add_joint(revolute(frame, wheel.back(), {.point = hub, .friction = draw(0, 1)}));
+    s.model.add_joint(revolute(frame, wheel.back(), {.point = hub, .friction = draw(0, 0.4)}));
     s.model.add_contact(ground, wheel.back(), disc_on_line(r, horizontal_line), {.mu = mu});
   }
   s.x = s.model.rest();
