@@ -77,6 +77,8 @@ bool RowQuadrature::read(ModeDynamics& dynamics, Node& node) {
 
 bool RowQuadrature::integrate(ModeDynamics& dynamics, const State& a, const State& b, double tolerance) {
   constexpr int most_rounds = 8;
+  constexpr double least_gain =
+      0.8;  // of the change from round to round: where they gain less, rounding is what is left
   momentum_residual = kinematic_residual = not_set;
   h_ = b.t - a.t;
   const long evaluations = dynamics.evaluations;
@@ -95,6 +97,7 @@ bool RowQuadrature::integrate(ModeDynamics& dynamics, const State& a, const Stat
       x.nu = from_a * a.nu + from_b * b.nu + h_ * s * r * (r * first.nu_dot - s * last.nu_dot);
     }
     State found = b, before = b;
+    double change = infinity;
     const double speed = std::max(a.nu.lpNorm<Eigen::Infinity>(), b.nu.lpNorm<Eigen::Infinity>());
     for (int round = 0; round < most_rounds; ++round) {
       for (std::size_t j = 1; j + 1 < points; ++j) {
@@ -112,9 +115,10 @@ bool RowQuadrature::integrate(ModeDynamics& dynamics, const State& a, const Stat
           x.nu += h_ * integral[j][k] * nodes_[k].nu_dot;
         }
       }
-      const double change = (found.nu - before.nu).lpNorm<Eigen::Infinity>() +
-                            (found.q - before.q).lpNorm<Eigen::Infinity>() / h_;
-      if (round > 0 && change <= tolerance * speed) break;
+      const double last_change = change;
+      change = (found.nu - before.nu).lpNorm<Eigen::Infinity>() +
+               (found.q - before.q).lpNorm<Eigen::Infinity>() / h_;
+      if (change <= tolerance * speed || change > least_gain * last_change) break;
     }
     if (!dynamics.evaluate(b)) return false;
     judge(dynamics, b, found);
