@@ -276,7 +276,10 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
       }
       break;
   }
-  if (!chain.solved() && islands.empty()) solution.certificate = infeasibility_certificate(problem, system);
+  // whether a solution exists is judged at a mark of its own: what passes a loose tolerance need not lie near one
+  constexpr double exists = 1e-10;
+  if (!(chain.best.error <= std::min(options.tolerance, exists)) && islands.empty())
+    solution.certificate = infeasibility_certificate(problem, system);
   if (options.method == FrictionMethod::Chain && islands.empty() && solution.certificate.size() == 0) {
     constexpr int few = 60;  // contacts up to which Ipopt's dense W and thousands of sweeps are affordable
     proximal_rounds(chain, system.n);
@@ -307,8 +310,9 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
     }
   }
   solution.residual = solution.residuals.relative;
-  if (pass_error(solution.residuals) <= options.tolerance) {
-    solution.status = FrictionStatus::Solved;
+  const double error = pass_error(solution.residuals);
+  if (error <= options.tolerance) solution.status = FrictionStatus::Solved;
+  if (error <= std::min(options.tolerance, exists)) {
     solution.existence = FrictionExistence::Exists;
     solution.certificate.resize(0);
   } else if (solution.certificate.size() > 0) {
