@@ -42,7 +42,11 @@ Lcp by_hand(const Sphere& s, double mass, double R, const Vector3& moments, doub
   nu << s.x.nu.head<3>(), s.x.nu.tail<3>();
   const Vector3 w = nu.tail<3>();
   Eigen::Matrix<double, 6, 1> k;
-  k << 0, 0, -9.81 * mass, -w.cross(Vector3(moments.cwiseProduct(w)));
+  Vector3 w_f =
+      w;  // J (w_f - w) = -h w_f x J w_f: the gyroscopic term at the end, a contraction by h |w| a round
+  for (int round = 0; round < 40; ++round)
+    w_f = w - h * w_f.cross(Vector3(moments.cwiseProduct(w_f))).cwiseQuotient(moments);
+  k << 0, 0, -9.81 * mass, moments.cwiseProduct(w_f - w) / h;
   const Eigen::Matrix<double, 6, 1> free = nu + h * k.cwiseQuotient(M);
   Lcp lcp{Matrix::Zero(6, 6), Vector::Zero(6)};
   lcp.A.topLeftCorner(5, 5) = W.transpose() * M.cwiseInverse().asDiagonal() * W;
