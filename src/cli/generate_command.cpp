@@ -24,7 +24,8 @@ void add_generate_command(CLI::App& perp, int& status) {
       ->check(CLI::IsMember(friction_families()));
   command->add_option("--seed", arguments->seed, "The same seed gives the same files")
       ->required()
-      ->transform(whole_number());
+      ->transform(whole_number())
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--count", arguments->count, "How many")
       ->required()
       ->transform(whole_number())

@@ -2,11 +2,12 @@
 
 namespace perp {
 
-template <int Heap, int Fixed>
+template <int Heap, int Fixed, int Largest>
 int program_and_perp_agree_on_eigen_alignment() {
   return Heap;
 }
 
-template int program_and_perp_agree_on_eigen_alignment<EIGEN_MAX_ALIGN_BYTES, EIGEN_MAX_STATIC_ALIGN_BYTES>();
+template int program_and_perp_agree_on_eigen_alignment<EIGEN_DEFAULT_ALIGN_BYTES,
+                                                       EIGEN_MAX_STATIC_ALIGN_BYTES, EIGEN_MAX_ALIGN_BYTES>();
 
 }  // namespace perp

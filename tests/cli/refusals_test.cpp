@@ -218,7 +218,7 @@ TEST_CASE("a quaternion far from unit length is refused where it stands", "[refu
   }
 }
 
-TEST_CASE("--quiet prints nothing, --verbose a line a step", "[refusals]") {
+TEST_CASE("a quiet run prints nothing, a verbose one a line a step", "[refusals]") {
   const Scratch scratch("verbose");
   const std::string run = "run seed-sphere --method lcp --step 0.1 --out " + (scratch / "o");
   CHECK(run_perp(scratch, run + " --quiet").out.empty());

@@ -5,21 +5,23 @@
 
 namespace perp {
 
-// The installed package (find_package, pkg-config) defines Eigen's alignment to be the library's, whatever -march says.
+// The installed package (find_package, pkg-config) makes Eigen's alignment the library's, whatever -march says.
 #if defined(PERP_EIGEN_MAX_ALIGN_BYTES)
-static_assert(EIGEN_MAX_ALIGN_BYTES == PERP_EIGEN_MAX_ALIGN_BYTES &&
-                  EIGEN_MAX_STATIC_ALIGN_BYTES == PERP_EIGEN_MAX_STATIC_ALIGN_BYTES,
-              "this program makes Eigen align otherwise than the perp library it is compiled against; "
-              "include perp's headers before "
-              "Eigen is configured otherwise, and leave EIGEN_MAX_ALIGN_BYTES to perp's package");
+static_assert(
+    EIGEN_MAX_ALIGN_BYTES == PERP_EIGEN_MAX_ALIGN_BYTES &&
+        EIGEN_MAX_STATIC_ALIGN_BYTES == PERP_EIGEN_MAX_STATIC_ALIGN_BYTES &&
+        EIGEN_DEFAULT_ALIGN_BYTES == PERP_EIGEN_DEFAULT_ALIGN_BYTES,
+    "this program aligns otherwise than the perp library it is compiled against: leave EIGEN_MAX_ALIGN_BYTES "
+    "and -mavx to perp's package, or build perp with the program's flags");
 #endif
 
 /// Defined for the library's own alignments [bytes] alone: a program with others, compiled past the package, does not link, and
 /// the linker names this function.
-template <int Heap, int Fixed>
+template <int Heap, int Fixed, int Largest>
 int program_and_perp_agree_on_eigen_alignment();
 
 inline const int eigen_alignment_agreed =
-    program_and_perp_agree_on_eigen_alignment<EIGEN_MAX_ALIGN_BYTES, EIGEN_MAX_STATIC_ALIGN_BYTES>();
+    program_and_perp_agree_on_eigen_alignment<EIGEN_DEFAULT_ALIGN_BYTES, EIGEN_MAX_STATIC_ALIGN_BYTES,
+                                              EIGEN_MAX_ALIGN_BYTES>();
 
 }  // namespace perp
