@@ -11,8 +11,9 @@
 
 namespace perp {
 
-/// What a step gained: what its works leave; what the impulses of an impact gave together (`struck`, Certificate::certify), which
-/// only take; what pushing out gave, unless the overlap is no deeper than that of the run's first state. Of a body that an impact changes, q moves at nu_q and not at the mean of
+/// What a step gained: what its works leave, with what pushing out gave unless the overlap is no deeper than that of the run's first
+/// state (their sum counts; of a method of linearised gaps without a fifth of `measure`, which curvature explains); what the impulses of
+/// an impact gave together (`struck`, Certificate::certify), which only take. Of a body that an impact changes, q moves at nu_q and not at the mean of
 /// its velocities: what loads do along the difference is an error of the impact's time, no gain.
 /// `measure`: kinetic energy, the sizes of all works, and w p^2/2 of the impulses, which is what they give a body at rest.
 [[nodiscard]] StepGain gain_of(const Model& model, const Instant& start, const State& x, const State& moved,
