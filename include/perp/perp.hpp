@@ -33,6 +33,7 @@
 #include "perp/model/model.hpp"
 #include "perp/model/recipe.hpp"
 #include "perp/model/state.hpp"
+#include "perp/model/timing.hpp"
 
 #include "perp/instant/derivatives.hpp"
 #include "perp/instant/friction_polygon.hpp"

@@ -215,13 +215,28 @@ class ExpressionParser {
     push({.number = value});
   }
 
+  /// The longest variable that the text goes on with: their names may have dots and blanks, as BODY.x.
+  std::size_t variable_ahead() const {
+    std::size_t longest = variables_.size(), length = 0;
+    for (std::size_t i = 0; i < variables_.size(); ++i) {
+      const std::string& name = variables_[i];
+      const std::size_t end = at_ + name.size();
+      if (name.size() <= length || !text_.substr(at_).starts_with(name)) continue;
+      if (end < text_.size() && (letter(text_[end]) || digit(text_[end]) || text_[end] == '.')) continue;
+      longest = i;
+      length = name.size();
+    }
+    return longest;
+  }
+
   void name() {
+    if (const std::size_t i = variable_ahead(); i < variables_.size()) {
+      at_ += variables_[i].size();
+      return push({.variable = static_cast<int>(i)});
+    }
     const std::size_t begin = at_;
     while (at_ < text_.size() && (letter(text_[at_]) || digit(text_[at_]))) ++at_;
     const std::string word(text_.substr(begin, at_ - begin));
-    const auto variable = std::find(variables_.begin(), variables_.end(), word);
-    if (variable != variables_.end())
-      return push({.variable = static_cast<int>(variable - variables_.begin())});
     if (word == "pi") return push({.number = std::numbers::pi});
     if (Expression::find(word) != nullptr) return call(word);
     const auto constant = constants_.find(word);
@@ -331,6 +346,65 @@ double Expression::derivative(std::span<const double> at, std::size_t i) const {
 
 bool Expression::constant() const {
   return std::all_of(steps_.begin(), steps_.end(), [](const Step& step) { return step.variable < 0; });
+}
+
+bool Expression::uses(std::size_t variable) const {
+  return std::any_of(steps_.begin(), steps_.end(), [&](const Step& s) {
+    return s.operation == nullptr && s.variable == static_cast<int>(variable);
+  });
+}
+
+bool Expression::uses_only(std::size_t variable) const {
+  return std::all_of(steps_.begin(), steps_.end(), [&](const Step& s) {
+    return s.operation != nullptr || s.variable < 0 || s.variable == static_cast<int>(variable);
+  });
+}
+
+bool Expression::linear(std::size_t variable) const {
+  std::vector<int> degree;  // of what waits on the stack; 2: more than linear
+  for (const Step& step : steps_) {
+    if (step.operation == nullptr) {
+      degree.push_back(step.variable == static_cast<int>(variable) ? 1 : 0);
+      continue;
+    }
+    int a = degree.back(), b = 0;
+    if (step.operation->arguments == 2) {
+      b = a;
+      degree.pop_back();
+      a = degree.back();
+    }
+    const std::string_view name = step.operation->name;
+    if (name == "+" || name == "-" || name == "-x")
+      degree.back() = std::max(a, b);
+    else if (name == "*")
+      degree.back() = std::min(2, a + b);
+    else if (name == "/")
+      degree.back() = b == 0 ? a : 2;
+    else
+      degree.back() = a + b == 0 ? 0 : 2;
+  }
+  return degree.back() <= 1;
+}
+
+std::vector<Expression> Expression::switches() const {
+  std::vector<Expression> found;
+  std::vector<std::size_t> begin;  // of what waits on the stack, in steps_
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    const Operation* operation = steps_[k].operation;
+    if (operation == nullptr) {
+      begin.push_back(k);
+      continue;
+    }
+    if (operation->arguments == 2) begin.pop_back();
+    const bool two = operation->name == "min" || operation->name == "max";
+    if (!two && operation->name != "step" && operation->name != "abs") continue;
+    Expression g;
+    g.steps_.assign(steps_.begin() + static_cast<std::ptrdiff_t>(begin.back()),
+                    steps_.begin() + static_cast<std::ptrdiff_t>(k));
+    if (two) g.steps_.push_back({.operation = find("-")});
+    found.push_back(std::move(g));
+  }
+  return found;
 }
 
 bool Expression::may_jump() const {
