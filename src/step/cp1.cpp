@@ -56,10 +56,11 @@ Cp1Solution solve_cp1(const Model& model, const State& x, const Cp1Options& opti
       row.c_n = answer.force[i].x();
       row.force = c.frame * answer.force[i];
       row.acceleration = answer.acceleration[i];
-      const bool slips = c.tangents == 0 || row.sliding || row.acceleration.tail<2>().norm() > small;
-      row.mode = row.acceleration.x() > small ? ContactMode::Open
-                 : slips                      ? ContactMode::Slip
-                                              : ContactMode::Stick;
+      const double zero = small + answer.small[i];
+      const bool slips = c.tangents == 0 || row.sliding || row.acceleration.tail<2>().norm() > zero;
+      row.mode = row.acceleration.x() > zero ? ContactMode::Open
+                 : slips                     ? ContactMode::Slip
+                                             : ContactMode::Stick;
     }
     solution.contacts.push_back(row);
   }
