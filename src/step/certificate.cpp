@@ -145,9 +145,9 @@ void Certificate::whole(const Model& model, const Instant& start, const State& x
     evaluate_loads(model, scratch_state_, scratch_);
     of_load = &scratch_;
   }
-  f_start_ = of_load->k;
-  if (at_start) implicit_gyroscopic(model, x, answer.h, f_start_);
-  impulse_ = answer.h * f_start_;
+  impulse_ = of_load->k;
+  if (at_start) implicit_gyroscopic(model, x, answer.h, impulse_);
+  impulse_ *= answer.h;
   if (impact) R_ = impulse_;
   add_impulses(of_impulse, other, answer.first, impulse_);
   raise(e.newton_euler, momentum_residual(model, of_mass, impact ? answer.nu_q : moved.nu, x.nu, impulse_));

@@ -32,7 +32,7 @@ struct IslandProblem {
   LcpSolution solution;
   BasisPivots pivots;
   KeptBasis last[2];  // of the problem without and with restitution
-  Vector r, u;        // impulses and velocities along the rows of `reduced`
+  Vector r;           // impulses along the rows of `reduced`
 };
 
 /// Unknowns up to which Lemke's path costs no more than a factorisation.
@@ -159,29 +159,23 @@ bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& 
   return true;
 }
 
-/// Residuals of the complementarity conditions at nu+, and the impulses of an island into `answer`.
+/// The impulses of an island into `answer`, what speeds enter its problem, and which contacts slip.
 void LcpStepper::certify(const Instant& s, const Island& island, std::size_t number, Answer& answer) {
   Workspace& w = *work_;
   IslandProblem& problem = w.problems[number];
   const Vector& z = problem.solution.z;
-  problem.u.resize(problem.reduced.size());
   for (std::size_t i = 0; i < island.contacts.size(); ++i) {
     const int index = island.contacts[i], row = problem.reduced.rows_of(static_cast<int>(i));
     const ContactInstant& c = s.contacts[at(index)];
     const int rows = 1 + c.tangents;
-    const Vector3 u = c.velocity(answer.nu);
-    problem.u.segment(row, rows) = u.head(rows);
     answer.p.col(index).head(rows) = problem.r.segment(row, rows);
     const double gap = w.gap_term[index], p_n = problem.r[row];
     answer.w[index] = problem.reduced.diagonal[row];
-    answer.normal_residual = std::max(answer.normal_residual,
-                                      std::abs(std::min(gap + u.x(), problem.reduced.diagonal[row] * p_n)));
     answer.speed_scale = std::max({answer.speed_scale, std::abs(gap), problem.reduced.diagonal[row] * p_n,
                                    c.velocity(w.nu_free).cwiseAbs().maxCoeff()});
   }
   for (std::size_t i = 0; i < island.joint_frictions.size(); ++i) {
     const int index = island.joint_frictions[i], row = problem.reduced.friction_row(static_cast<int>(i));
-    problem.u[row] = s.joint_frictions[at(index)].velocity(answer.nu);
     answer.joint_friction[index] = problem.r[row];
     answer.speed_scale =
         std::max(answer.speed_scale, std::abs(s.joint_frictions[at(index)].velocity(w.nu_free)));
@@ -189,8 +183,6 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
   for (const int row : island.joint_rows)  // a hinge may turn only because its rows pull
     answer.speed_scale = std::max({answer.speed_scale, std::abs(w.joint_bias[row]),
                                    std::abs(s.joint_rows[at(row)].velocity(w.nu_free))});
-  answer.friction_residual =
-      std::max(answer.friction_residual, problem.polygonal.friction_residual(z, problem.u));
   for (std::size_t i = 0; i < island.contacts.size(); ++i)
     answer.slips[at(island.contacts[i])] =
         static_cast<char>(problem.polygonal.slips(static_cast<int>(i), z, answer.speed_scale));
