@@ -28,8 +28,8 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 [[nodiscard]] Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane = {},
                                      const Vector3& centre = Vector3::Zero());
 
-/// The rim of a thin disc about B's origin in B's xy plane. Where it lies flat the whole rim is lowest: then the point is that
-/// along -x of B, and the point's derivatives are those of one fixed in B.
+/// The rim of a thin disc about B's origin in B's xy plane: its lowest point (flat, that along -x of B, which moves as one fixed in B),
+/// and eight points fixed on it, there up to a tilt of 30 degrees, for where it lies flat. 9 points.
 [[nodiscard]] Gap disc_on_plane(double radius, const Plane& plane = {});
 
 /// The nearest point of a box about A's origin, `size` its full edges: a table with edges and corners to fall from.
@@ -42,11 +42,11 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
                                    const Plane& plane = {});                   ///< axis B's z; 2 points
 [[nodiscard]] Gap box_on_plane(const Vector3& size, const Plane& plane = {});  ///< full edges of B; 8 points
 
-/// Box on box, face to face: the top of A (its +z face) carries the bottom of B (its -z face), for stacks. The points
-/// are the corners of the overlap of B's bottom rectangle with A's top rectangle, seen along A's z: at most 8, and
-/// none where the faces do not overlap. The gap is the height of B's bottom face over A's top face there. Right while
-/// it is these two faces that meet, exact for parallel ones (tilted by alpha, the rate that the normal promises is off
-/// by alpha times the sliding speed); edges and side faces do not collide.
+/// Two boxes about their origins, full edges along their axes: corners of each on the faces of the other, edges that cross, and edges and
+/// corners that are nearest, 160 points of which few are there at a time; each its own smooth gap. The least gap is the boxes' distance
+/// or, where they overlap, what the least translation that separates them leaves; face to face the points are the corners of the
+/// faces' overlap. Slots: eight corners of B, eight of A, the pairs of edges; corners numbered x first, then y, then z. A point lies
+/// half way between the surfaces.
 [[nodiscard]] Gap box_on_box(const Vector3& size_a, const Vector3& size_b);
 
 /// `gap` between shapes that sit elsewhere in their bodies: A's at X_AS, B's at X_BS (in the body's axes), where `gap` has them at
@@ -62,9 +62,9 @@ inline const Plane horizontal_line{Vector3::UnitY(), Vector3::Zero()};
 [[nodiscard]] Gap box_on_line(double width, double height,
                               const Plane& line = horizontal_line);  ///< 4 points
 
-/// Two rectangles about their origins, full edges along their axes: corners of each on the faces of the other, 8 points. A corner counts
-/// while it lies over a face, the one that parts the two rectangles more if it lies inside; corner against corner has no normal and no
-/// point. Normals turn with the face.
+/// Two rectangles about their origins, full edges along their axes: corners of B (four slots), then of A, on the faces of the other, or
+/// nearest to a corner. One inside counts along the face that looks most along the least translation that separates the two. Points lie
+/// half way between the surfaces.
 [[nodiscard]] Gap rectangle_on_rectangle(const Vector2& size_a, const Vector2& size_b);
 
 }  // namespace perp
