@@ -23,6 +23,7 @@
 #include "perp/solve/text_reader.hpp"
 
 #include "perp/model/body.hpp"
+#include "perp/model/body_shapes.hpp"
 #include "perp/model/differentiable_gap.hpp"
 #include "perp/model/force.hpp"
 #include "perp/model/gap.hpp"
@@ -32,6 +33,7 @@
 #include "perp/model/joint.hpp"
 #include "perp/model/model.hpp"
 #include "perp/model/recipe.hpp"
+#include "perp/model/shape.hpp"
 #include "perp/model/state.hpp"
 #include "perp/model/timing.hpp"
 

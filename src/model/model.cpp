@@ -157,8 +157,11 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
 
 void Model::add(Contact contact) {
   points_ += contact.gap.points();
+  const char* between =
+      contact.name.find('|') == std::string::npos ? "." : "|";  // of shapes: BODY.SHAPE|BODY.SHAPE|FEATURE
   for (int i = 0; i < contact.gap.points(); ++i)
-    add_name(point_names_, contact.gap.points() == 1 ? contact.name : contact.name + "." + std::to_string(i));
+    add_name(point_names_,
+             contact.gap.points() == 1 ? contact.name : contact.name + between + std::to_string(i));
   contacts_.push_back(std::move(contact));
   changed();
 }

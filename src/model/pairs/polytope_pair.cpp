@@ -89,13 +89,6 @@ PolytopePair::PolytopePair(Polytope a, Polytope b)
       edges_b_(static_cast<int>(b_.edges.size())),
       slack_(rounding * std::max(a_.size, b_.size)) {}
 
-std::string PolytopePair::feature(int slot) const {
-  if (slot < corners_b_) return "b" + std::to_string(slot);
-  if (slot < corners_b_ + corners_a_) return "a" + std::to_string(slot - corners_b_);
-  const int pair = slot - corners_b_ - corners_a_;
-  return "e" + std::to_string(pair / edges_b_) + "-" + std::to_string(pair % edges_b_);
-}
-
 /// Whether the lines of two edges are nearest to each other within both, the normal there close to both edges' cones (`strict`: in them).
 bool PolytopePair::edges_meet(const Polytope::Edge& a, const Polytope::Edge& b, const Placed& B, Witness& w,
                               bool& strict) const {

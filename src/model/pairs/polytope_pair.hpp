@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 #include "model/pairs/polytope.hpp"
 #include "model/pairs/witness.hpp"
@@ -25,7 +24,6 @@ class PolytopePair {
   int points() const { return corners_b_ + corners_a_ + edges_a_ * edges_b_; }
   double lever_a() const { return a_.reach(); }
   double lever_b() const { return b_.reach(); }
-  std::string feature(int slot) const;  ///< "b3", "a0", "e2-7"
 
   void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const;
   void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const;

@@ -5,7 +5,7 @@
 namespace perp {
 namespace {
 
-constexpr double flat = 1e-6;    // tilt below which a rim has no lowest point of its own [rad]
+constexpr double flat = 1e-8;    // tilt below which a rim has no lowest point of its own [rad]
 constexpr double near_by = 0.5;  // tilt from which on points fixed on it are not looked at, as a sine
 constexpr double pi = 3.14159265358979323846;
 
@@ -33,11 +33,6 @@ RimsOnPlane::RimsOnPlane(std::vector<Vector3> centres, double radius, const Plan
     reach_ = std::max(reach_, rim.centre.norm() + radius);
     rims_.push_back(std::move(rim));
   }
-}
-
-std::string RimsOnPlane::feature(int slot) const {
-  const std::string rim = "rim" + std::to_string(slot / (1 + fixed));
-  return slot % (1 + fixed) == 0 ? rim : rim + "-" + std::to_string(slot % (1 + fixed) - 1);
 }
 
 void RimsOnPlane::evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {

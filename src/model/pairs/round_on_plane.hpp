@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "model/pairs/witness.hpp"
@@ -21,7 +20,6 @@ class RimsOnPlane {
   int points() const { return static_cast<int>(rims_.size()) * (1 + fixed); }
   double lever_a() const { return infinity; }
   double lever_b() const { return reach_; }
-  std::string feature(int slot) const;  ///< "rim0", "rim0-5"
 
   void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const;
   void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const;
@@ -47,7 +45,6 @@ class EllipsoidOnPlane {
   int points() const { return 1; }
   double lever_a() const { return infinity; }
   double lever_b() const { return reach_; }
-  static std::string feature(int) { return {}; }
 
   void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const;
   void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const;
