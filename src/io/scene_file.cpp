@@ -46,6 +46,7 @@ class SceneReader {
     shapes_ = read_shapes(root);
     for (const SceneTable& table : root.tables("body")) body(table);
     for (const SceneTable& table : root.tables("joint")) read_joint(table, model());
+    for (const SceneTable& table : root.tables("joint")) need_fixed_axles(table);
     for (const SceneTable& table : root.tables("limit")) read_limit(table, model());
     for (const SceneTable& table : root.tables("motor")) read_motor(table, model());
     for (const SceneTable& table : root.tables("joint_spring")) read_joint_spring(table, model());
@@ -263,6 +264,27 @@ class SceneReader {
       if (table.has("angular_velocity"))
         table.refuse("angular_velocity_body", "a second angular velocity", "needs one of the two");
       x.nu.segment<3>(body.v0 + 3) = table.vector("angular_velocity_body", Dimension::Rate);
+    }
+  }
+
+  /// A gear's angles are those in the world: right for wheels whose axles stay where they are.
+  void need_fixed_axles(const SceneTable& table) {
+    if (table.text("kind") != "gear") return;
+    const auto moves = [&](BodyId id) {
+      const BodyKind kind = model().body(id).kind;
+      return kind != BodyKind::Ground && kind != BodyKind::Prescribed;
+    };
+    for (const char* key : {"a", "b"}) {
+      const BodyId wheel = table.body(key);
+      for (const JointGeometry& joint : model().joints()) {
+        if (joint.kind == JointKind::Gear || (joint.a != wheel && joint.b != wheel)) continue;
+        const BodyId carrier = joint.a == wheel ? joint.b : joint.a;
+        if (moves(wheel) && moves(carrier) && carrier != table.body("a") && carrier != table.body("b"))
+          table.refuse(key,
+                       "the wheel '" + model().body(wheel).name + "', which joint '" + joint.name +
+                           "' puts on '" + model().body(carrier).name + "'",
+                       "needs an axle that does not move: a gear's angles are those in the world");
+      }
     }
   }
 

@@ -125,3 +125,19 @@ TEST_CASE("mistakes in shapes are placed by line and key", "[scene]") {
   CHECK_THAT(message_of("[[body]]\nname = \"a\"\n[[shape]]\nbody = \"a\"\nkind = \"sphere\"\nradius = 1\n"),
              Contains("density"));
 }
+
+TEST_CASE("a gear whose wheel sits on a moving arm is refused by name", "[scene]") {
+  const auto body = [](const std::string& name) {
+    return "[[body]]\nname = \"" + name + "\"\nmass = 1\ninertia = { moments = [1, 1, 1] }\n";
+  };
+  const auto joint = [](const std::string& kind, const std::string& a, const std::string& b) {
+    return "[[joint]]\nname = \"" + a + b + "\"\nkind = \"" + kind + "\"\na = \"" + a + "\"\nb = \"" + b +
+           "\"\n";
+  };
+  const std::string wheels = body("arm") + body("planet") + body("sun") + joint("revolute", "ground", "arm") +
+                             joint("revolute", "ground", "sun");
+  const std::string gear = joint("gear", "sun", "planet") + "ratio = -2\n";
+  CHECK(message_of(wheels + joint("revolute", "ground", "planet") + gear) == "read");
+  CHECK_THAT(message_of(wheels + joint("revolute", "arm", "planet") + gear),
+             Contains("'planet'") && Contains("'arm'") && Contains("axle that does not move"));
+}
