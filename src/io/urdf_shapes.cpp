@@ -1,5 +1,6 @@
 #include "io/urdf_shapes.hpp"
 
+#include <algorithm>
 #include <map>
 
 #include "perp/model/gaps.hpp"
@@ -36,18 +37,21 @@ class ShapeContacts {
     const PlacedShape &a = box_first ? first : second,
                       &b = box_first ? second : first;  // a box is the gap's A
     const bool cylinder = a.shape.kind == Kind::Cylinder || b.shape.kind == Kind::Cylinder;
-    if (cylinder || b.shape.kind == Kind::Box) {
-      ++left_out[cylinder ? "cylinders meet the floor alone" : "boxes do not meet boxes"];
+    if (cylinder) {
+      ++left_out["cylinders meet the floor alone"];
       return;
     }
     const double r = b.shape.size.x();
     const auto shapes = [&] {
+      if (b.shape.kind == Kind::Box) return box_on_box(a.shape.size, b.shape.size);
       return a.shape.kind == Kind::Box ? sphere_on_box(r, a.shape.size)
                                        : sphere_on_sphere(a.shape.size.x(), r);
     };
-    ContactPoint now;
-    at_line(file_, b.line, b.name, shapes)(a.X_WS_start, b.X_WS_start, 0, {&now, 1});
-    if (now.gap < 0) {
+    const Gap gap = at_line(file_, b.line, b.name, shapes);
+    std::vector<ContactPoint> now(static_cast<std::size_t>(gap.points()));
+    gap(a.X_WS_start, b.X_WS_start, 0, now);
+    if (std::any_of(now.begin(), now.end(),
+                    [&](const ContactPoint& c) { return c.gap < -1e-9 * a.shape.size.maxCoeff(); })) {
       unused.push_back(
           {b.line, "contact of '" + a.name + "' with '" + b.name + "': they overlap at the start"});
       return;

@@ -21,7 +21,7 @@ struct ShapeContactOptions {
   double mu = 0, e = 0;
 };
 
-/// Spheres, boxes and cylinders (by their two rims) against the floor; spheres against spheres and boxes, where no joint joins
+/// Spheres, boxes and cylinders (by their two rims) against the floor; spheres and boxes against each other, where no joint joins
 /// the two bodies and they are apart at the start. What gets no contact is returned.
 std::vector<UrdfUnused> add_shape_contacts(const std::vector<PlacedShape>& shapes,
                                            const ShapeContactOptions& options, const std::string& file,

@@ -253,6 +253,24 @@ TEST_CASE("shapes touch the floor and each other where they stand in their links
   CHECK(write_scene(read_scene(write_scene(s), "again.toml")) == write_scene(s));
 }
 
+TEST_CASE("boxes of links that no joint joins meet each other", "[urdf]") {
+  const auto box = [](const std::string& origin) {
+    return "<collision><origin " + origin + "/><geometry><box size=\"0.4 0.4 0.4\"/></geometry></collision>";
+  };
+  const std::string heavy = inertial(1, 0.1, 0.1, 0.1);
+  const Scene s = read(xml_link("base", heavy) + xml_link("a", heavy + box("xyz=\"0 0 0.5\"")) +
+                       xml_link("b", heavy + box("xyz=\"0.7 0 0.5\"")) +
+                       xml_joint("j", "continuous", "base", "a") + xml_joint("k", "continuous", "base", "b"));
+  Instant now;
+  evaluate(s.model, s.start, now);
+  double least = infinity;
+  for (const ContactInstant& c : now.contacts)
+    if (s.model.contacts()[static_cast<std::size_t>(c.contact)].name == "a-b")
+      least = std::min(least, c.psi_n);
+  CHECK(least == Approx(0.3));
+  CHECK(s.unused.empty());
+}
+
 TEST_CASE("a joint that mimics another on the ground is geared to it, and others are said not to be",
           "[urdf]") {
   const std::string heavy = inertial(1, 0.1, 0.1, 0.1);

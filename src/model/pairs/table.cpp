@@ -5,6 +5,7 @@
 #include "model/pairs/in_hollow.hpp"
 #include "model/pairs/polytope_pair.hpp"
 #include "model/pairs/round_on_plane.hpp"
+#include "model/pairs/smooth_pair.hpp"
 #include "perp/model/shape.hpp"
 
 namespace perp {
@@ -47,6 +48,13 @@ std::optional<Polytope> polytope_of(const Shape& shape, const Pose& X) {
   return made->moved(X);
 }
 
+std::optional<SmoothSolid> smooth_solid_of(const Shape& shape, const Pose& X) {
+  const std::vector<double>& s = shape.sizes();
+  if (shape.kind() == Kind::Sphere) return SmoothSolid::sphere(s[0], X);
+  if (shape.kind() == Kind::Ellipsoid) return SmoothSolid::ellipsoid({s[0], s[1], s[2]}, X);
+  return {};
+}
+
 template <class Pair>
 Gap gap_of_shapes(Pair pair) {
   return gap_of_pair({}, std::move(pair), {});
@@ -66,6 +74,11 @@ std::optional<Gap> gap_in_order(const Shape& a, const Shape& b, const Pose& X_AS
     if (b.kind() == Kind::Disc) return gap_of_shapes(RimsOnPlane({half}, t[0], plane, X_BS));
     if (b.kind() == Kind::Cylinder) return gap_of_shapes(RimsOnPlane({-half, half}, t[0], plane, X_BS));
     if (b.kind() == Kind::Ellipsoid) return gap_of_shapes(EllipsoidOnPlane({t[0], t[1], t[2]}, plane, X_BS));
+  }
+  if (a.kind() == Kind::Ellipsoid) {
+    const std::optional<SmoothSolid> other = smooth_solid_of(b, X_BS);
+    if (!other) return {};
+    return gap_of_shapes(SmoothPair(*smooth_solid_of(a, X_AS), *other));
   }
   const std::optional<Polytope> first = polytope_of(a, X_AS);
   if (!first || !second || second->corners.empty()) return {};
