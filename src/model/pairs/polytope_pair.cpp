@@ -18,7 +18,7 @@ constexpr double parallel = 1e-6;  // sine between edges below which their cross
 constexpr double same_side =
     0.5;  // cosine to the axis of least translation of edges that overlap: 60 degrees
 constexpr double rounding =
-    1e-11;  // of lengths, of the larger solid's size: a corner on a face's rim is on the face
+    1e-9;  // of lengths, of the larger solid's size: a corner on a face's rim is on the face
 
 /// Where a point is nearest to a solid.
 struct Nearest {
