@@ -30,9 +30,8 @@ class SceneReader {
     const TomlValue toml = with_repeats(file, source_);
     const SceneTable root(toml, source_);
     root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
-                "joint_spring", "spring", "contact", "force", "include", "repeat"});
-                "joint_spring", "spring", "contact", "force", "shape", "material_pair", "no_contact"});
-    if (root.has("parameters")) parameters(root.table("parameters"));
+                "joint_spring", "spring", "contact", "force", "shape", "material_pair", "no_contact",
+                "include", "repeat"});
     for (const auto& [name, value] : set_) need_parameter(name);
     scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
     if (root.has("what")) scene_.what = root.text("what");
