@@ -60,11 +60,15 @@ Vector3 across(const Vector3& u) {
   return (std::abs(u.x()) < 0.6 ? u.cross(Vector3::UnitX()) : u.cross(Vector3::UnitY())).normalized();
 }
 
-/// The face of p that looks most along n.
-int face_along(const Polytope& p, const Vector3& n) {
-  int best = 0;
-  for (int i = 1; i < static_cast<int>(p.faces.size()); ++i)
-    if (p.faces[at(i)].normal.dot(n) > p.faces[at(best)].normal.dot(n)) best = i;
+/// Of a point x inside p: of the faces that it is no further below than the highest by `depth`, the one that looks most along n.
+int face_along(const Polytope& p, const Vector3& x, double depth, const Vector3& n) {
+  double height = 0;
+  int best = p.highest_face(x, height);
+  for (int i = 0; i < static_cast<int>(p.faces.size()); ++i) {
+    const Polytope::Face& f = p.faces[at(i)];
+    if (f.normal.dot(x) - f.offset >= height - depth && f.normal.dot(n) > p.faces[at(best)].normal.dot(n))
+      best = i;
+  }
   return best;
 }
 
@@ -159,6 +163,7 @@ void PolytopePair::face_axes(const Placed& B, Axis& axis) const {
 
 template <class Take>
 void PolytopePair::corners_of_b(const Placed& B, const Axis& axis, Take take) const {
+  const double deep = 2 * (slack_ + std::max(-axis.distance, 0.0));
   for (int i = 0; i < corners_b_; ++i) {
     const Vector3 x = B.point(b_.corners[at(i)]);
     const auto clear = [&](const Vector3& n, double sine) {
@@ -175,7 +180,7 @@ void PolytopePair::corners_of_b(const Placed& B, const Axis& axis, Take take) co
     Nearest to = nearest(a_, x, slack_);
     if (to.to == Nearest::To::Inside || to.to == Nearest::To::Face) {
       if (to.to == Nearest::To::Inside)  // by rounding it may be as near to the face beside it
-        to.index = axis.face_a >= 0 ? axis.face_a : face_along(a_, axis.normal);
+        to.index = face_along(a_, x, deep, axis.normal);
       const Polytope::Face& f = a_.faces[at(to.index)];
       if (!clear(f.normal, flat)) continue;
       const double d = f.normal.dot(x) - f.offset;
@@ -200,6 +205,7 @@ void PolytopePair::corners_of_b(const Placed& B, const Axis& axis, Take take) co
 template <class Take>
 void PolytopePair::corners_of_a(const Placed& B, const Axis& axis, const std::vector<int>& on_face,
                                 Take take) const {
+  const double deep = 2 * (slack_ + std::max(-axis.distance, 0.0));
   for (int i = 0; i < corners_a_; ++i) {
     const Vector3 &x = a_.corners[at(i)], y = B.back(x);
     Nearest to = nearest(b_, y, slack_);
@@ -215,8 +221,7 @@ void PolytopePair::corners_of_a(const Placed& B, const Axis& axis, const std::ve
         take(Feature{Kind::EdgeCorner, corners_b_ + i, i, to.index, {n, x, B.point(to.foot), to.distance}});
       continue;
     }
-    if (to.to == Nearest::To::Inside)
-      to.index = axis.face_b >= 0 ? axis.face_b : face_along(b_, -(B.R.transpose() * axis.normal));
+    if (to.to == Nearest::To::Inside) to.index = face_along(b_, y, deep, -(B.R.transpose() * axis.normal));
     const Polytope::Face& f = b_.faces[at(to.index)];
     const Vector3 n = -(B.R * f.normal);
     if (!leaves(a_.spokes[at(i)], n, flat)) continue;
