@@ -211,7 +211,7 @@ void PolytopePair::corners_of_a(const Placed& B, const Axis& axis, const std::ve
     Nearest to = nearest(b_, y, slack_);
     if (axis.face_b >= 0 && axis.distance < 0) {
       const Polytope::Face& f = b_.faces[at(axis.face_b)];
-      if (f.normal.dot(y) - f.offset <= axis.distance + slack_) to = {Nearest::To::Inside, axis.face_b, y, 0};
+      if (f.normal.dot(y) - f.offset <= axis.distance + slack_) to = {Nearest::To::Face, axis.face_b, y, 0};
     }
     if (to.to == Nearest::To::Corner) continue;  // B's corner has it
     if (to.to == Nearest::To::Edge) {
