@@ -113,7 +113,7 @@ TEST_CASE("the lowest point of a disc's rim is where it slopes down, and along -
   const ContactPoint flat = points(disc_on_plane(2), {}, at(0, 0, 1))[0];
   CHECK(flat.gap == 1);
   CHECK(flat.point == Vector3(-2, 0, 1));
-  std::vector<ContactDerivative> d(1);
+  std::vector<ContactDerivative> d(9);
   disc_on_plane(2).differentiate({}, at(0, 0, 1), 0, d);
   CHECK(d[0].point.allFinite());
 }
