@@ -14,6 +14,7 @@ const std::string floor_and_brick = R"([parameters]
 x = 0
 [[body]]
 name = "brick"
+kind = "spatial"
 position = ["x", 0, 0.01]
 [[shape]]
 body = "brick"
@@ -109,26 +110,28 @@ kind = "line"
 
 TEST_CASE("mistakes in shapes are placed by line and key", "[scene]") {
   CHECK_THAT(with("[[shape]]\nbody = \"brick\"\nkind = \"sphere\"\nradius = -1\n"),
-             Contains("s.toml:24:") && Contains("radius"));
+             Contains("s.toml:25:") && Contains("radius"));
   CHECK_THAT(with("[[shape]]\nbody = \"brick\"\nkind = \"sfere\"\nradius = 1\n"),
-             Contains("s.toml:23:") && Contains("sfere"));
+             Contains("s.toml:24:") && Contains("sfere"));
   CHECK_THAT(with("[[shape]]\nbody = \"brik\"\nkind = \"sphere\"\nradius = 1\n"),
-             Contains("s.toml:22:") && Contains("brik"));
+             Contains("s.toml:23:") && Contains("brik"));
   CHECK_THAT(with("[[shape]]\nbody = \"brick\"\nkind = \"sphere\"\nradius = 1\nsize = 2\n"),
-             Contains("s.toml:25:") && Contains("size"));
+             Contains("s.toml:26:") && Contains("size"));
   CHECK_THAT(with("[[material_pair]]\na = \"clay\"\nb = \"wod\"\n"),
-             Contains("s.toml:23:") && Contains("wod"));
+             Contains("s.toml:24:") && Contains("wod"));
   CHECK_THAT(with("[[shape]]\nbody = \"brick\"\nkind = \"box\"\nsize = [1, 1, 1]\nposition = [1, 0, "
                   "0]\ndensity = 1\n"),
              Contains("centre of mass"));
-  CHECK_THAT(message_of("[[body]]\nname = \"a\"\n"), Contains("mass"));
-  CHECK_THAT(message_of("[[body]]\nname = \"a\"\n[[shape]]\nbody = \"a\"\nkind = \"sphere\"\nradius = 1\n"),
+  CHECK_THAT(message_of("[[body]]\nname = \"a\"\nkind = \"spatial\"\n"), Contains("mass"));
+  CHECK_THAT(message_of("[[body]]\nname = \"a\"\nkind = \"spatial\"\n[[shape]]\nbody = \"a\"\nkind = "
+                        "\"sphere\"\nradius = 1\n"),
              Contains("density"));
 }
 
 TEST_CASE("a gear whose wheel sits on a moving arm is refused by name", "[scene]") {
   const auto body = [](const std::string& name) {
-    return "[[body]]\nname = \"" + name + "\"\nmass = 1\ninertia = { moments = [1, 1, 1] }\n";
+    return "[[body]]\nname = \"" + name +
+           "\"\nkind = \"spatial\"\nmass = 1\ninertia = { moments = [1, 1, 1] }\n";
   };
   const auto joint = [](const std::string& kind, const std::string& a, const std::string& b) {
     return "[[joint]]\nname = \"" + a + b + "\"\nkind = \"" + kind + "\"\na = \"" + a + "\"\nb = \"" + b +

@@ -59,7 +59,8 @@ void RimsOnPlane::differentiate(const Pose& X_WA, const Pose& X_WB, std::span<Co
   for (std::size_t i = 0; i < rims_.size(); ++i) {
     const auto slots = out.subspan(i * (1 + fixed), 1 + fixed);
     over(n, B.point(X_WB * rims_[i].centre) + lowest, slots[0]);
-    for (std::size_t k = 0; k < fixed; ++k) over(n, B.point(X_WB * rims_[i].points[k]), slots[1 + k]);
+    for (std::size_t k = 0; k < fixed && down.x.norm() < near_by; ++k)
+      over(n, B.point(X_WB * rims_[i].points[k]), slots[1 + k]);
   }
 }
 
