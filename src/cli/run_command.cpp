@@ -165,6 +165,8 @@ void add_run_command(CLI::App& perp, const std::vector<std::string>& command_lin
   command->add_option("--every", recipe.every, "write the steps K, 2 K, ... and the last")
       ->transform(whole_number())
       ->type_name("K");
+  command->add_option("--format", recipe.format, "csv, or hdf5: the same tables and columns in OUT/run.h5")
+      ->check(CLI::IsMember({"csv", "hdf5"}));
   command->add_option("--set", arguments->set, "a parameter of the scene, repeatable")
       ->type_name("KEY=VALUE")
       ->expected(1)

@@ -139,8 +139,12 @@ void summarise(const Scene& scene, const RunRecipe& recipe, const RunFolder& run
   }
   if (!scene.unused.empty())
     std::printf("%zu things of the file are not used: perp check lists them\n", scene.unused.size());
-  std::printf("wrote trajectory.csv, contacts.csv, joints.csv%s and report.csv to %s\n",
-              events ? ", events.csv" : "", folder.c_str());
+  if (recipe.format == "hdf5")
+    std::printf("wrote trajectory, contacts, joints%s and report to %s\n", events ? ", events" : "",
+                (folder / "run.h5").c_str());
+  else
+    std::printf("wrote trajectory.csv, contacts.csv, joints.csv%s and report.csv to %s\n",
+                events ? ", events.csv" : "", folder.c_str());
 }
 
 }  // namespace

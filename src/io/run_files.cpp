@@ -2,9 +2,11 @@
 
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "io/run_hdf5.hpp"
 #include "io/run_table.hpp"
 #include "perp/core/errors.hpp"
 
@@ -182,11 +184,17 @@ RunFiles::RunFiles(const std::filesystem::path& folder, const Model& model, cons
                    const RunFilesOptions& options) {
   if (options.every < 1) refuse("write_run", "every", options.every, "needs to be at least 1");
   tables_ = std::make_unique<Tables>(model, options);
+  std::optional<Hdf5Tables> hdf5;
+  if (options.hdf5) hdf5.emplace(folder, !options.positions.empty());
   const auto open = [&](const char* name, const std::vector<RunColumn>& header) {
     const auto at = options.positions.find(name);
     const std::uintmax_t position = at == options.positions.end() ? 0 : at->second;
-    auto table = std::make_unique<CsvTable>(folder / (std::string(name) + ".csv"), header, position);
-    return (tables_->all[name] = std::move(table)).get();
+    std::unique_ptr<RunTable>& table = tables_->all[name];
+    if (hdf5)
+      table = hdf5->table(name, header, position);
+    else
+      table = std::make_unique<CsvTable>(folder / (std::string(name) + ".csv"), header, position);
+    return table.get();
   };
   tables_->trajectory = open("trajectory", trajectory_header(model));
   std::vector<RunColumn> contacts = columns(contact_columns);

@@ -115,7 +115,10 @@ void RunFolder::begin(const RunRecord& record, const Model& model, const State& 
   record_.ended.clear();
   const bool events = dynamic_cast<const AdaptiveStepper*>(&stepper) != nullptr;
   restarts_ = !events;
-  RunFilesOptions options{.every = record.recipe.every, .halves = stepper.halves(), .events = events};
+  RunFilesOptions options{.every = record.recipe.every,
+                          .hdf5 = record.recipe.format == "hdf5",
+                          .halves = stepper.halves(),
+                          .events = events};
   if (restart) {
     summary_ = restart->so_far;
     options.taken = summary_.steps;
@@ -124,6 +127,7 @@ void RunFolder::begin(const RunRecord& record, const Model& model, const State& 
     std::error_code none_there;
     for (const char* name : {"trajectory", "contacts", "joints", "report", "events"})
       std::filesystem::remove(folder_ / (std::string(name) + ".csv"), none_there);
+    std::filesystem::remove(folder_ / "run.h5", none_there);
     std::filesystem::remove(folder_ / restart_file, none_there);
   }
   const State& from = restart ? restart->x : start;

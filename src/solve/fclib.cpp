@@ -15,46 +15,13 @@ void write_fclib(const FrictionProblem&, const std::string& path) {
 
 #else
 
-#include <hdf5.h>
-
 #include <stdexcept>
 #include <vector>
 
+#include "solve/hdf5_handle.hpp"
+
 namespace perp {
 namespace {
-
-/// An HDF5 handle with the function that closes it.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const { return id_; }
-  bool valid() const { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-/// HDF5 prints its own error stack unless told otherwise; perp's exceptions say it in one line.
-class Silence {
- public:
-  Silence() {
-    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  }
-  Silence(const Silence&) = delete;
-  Silence& operator=(const Silence&) = delete;
-  ~Silence() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
-
- private:
-  H5E_auto2_t function_ = nullptr;
-  void* data_ = nullptr;
-};
 
 class FclibReader {
  public:
@@ -132,9 +99,9 @@ class FclibReader {
   template <class T>
   std::vector<T> read(const std::string& name, hid_t type) const {
     if (!has(name)) fail("there is no dataset " + name, "FCLIB's layout has it");
-    const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+    const Hdf5Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
     if (!set.valid()) fail(name + " is not a dataset", "numbers are needed");
-    const Handle space(H5Dget_space(set), H5Sclose);
+    const Hdf5Handle space(H5Dget_space(set), H5Sclose);
     const hssize_t size = H5Sget_simple_extent_npoints(space);
     // no compression of HDF5's makes more than some thousand numbers of a byte
     constexpr double most = 8192;
@@ -149,9 +116,9 @@ class FclibReader {
     return values;
   }
 
-  Silence silence_;
+  Hdf5Silence silence_;
   std::string path_;
-  Handle file_;
+  Hdf5Handle file_;
 };
 
 class FclibWriter {
@@ -161,7 +128,7 @@ class FclibWriter {
     need(file_.valid());
   }
   void group(const std::string& name) {
-    const Handle made(H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    const Hdf5Handle made(H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
     need(made.valid());
   }
   void integers(const std::string& name, const std::vector<int>& x) {
@@ -189,15 +156,15 @@ class FclibWriter {
   }
   void write(const std::string& name, const void* x, size_t size, hid_t type) {
     const hsize_t length = size;
-    const Handle space(H5Screate_simple(1, &length, nullptr), H5Sclose);
-    const Handle set(H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                     H5Dclose);
+    const Hdf5Handle space(H5Screate_simple(1, &length, nullptr), H5Sclose);
+    const Hdf5Handle set(H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Dclose);
     need(set.valid() && (size == 0 || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, x) >= 0));
   }
 
-  Silence silence_;
+  Hdf5Silence silence_;
   std::string path_;
-  Handle file_;
+  Hdf5Handle file_;
 };
 
 }  // namespace

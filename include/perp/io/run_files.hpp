@@ -18,6 +18,7 @@ struct RunFilesOptions {
   int every = 1;  ///< >= 1: keeps the steps every, 2 every, ... and the last
   const StepReport* failed =
       nullptr;  ///< of write_run: the step at which the run ended, if it failed: a last row of report.csv
+  bool hdf5 = false;            ///< the tables as groups of run.h5, in place of CSV files
   bool halves = false;          ///< whether contacts.csv has a column for them: Stepper::halves of the method
   bool events = false;          ///< of RunFiles: whether there is a table of events
   std::size_t taken = 0;        ///< steps that the tables already have, of a run that is taken up again
