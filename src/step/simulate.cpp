@@ -142,9 +142,9 @@ RunEnd simulate(const Model& model, Stepper& stepper, const State& x0, const Sim
                                                hand_on();
                                                return !options.progress || options.progress(t);
                                              }});
+    end.evaluations = run.evaluations;
     hand_on();
     end.x = run.back();
-    end.evaluations = run.evaluations;
   }
   if (!report.advanced()) throw StepFailure(std::move(report), Trajectory(end.x, 0));
   end.reached = end.x.t == options.t_end;

@@ -210,6 +210,17 @@ TEST_CASE("a folder that vanishes while a run goes on is an error that names it"
   CHECK_THAT(gone.err, Catch::Contains((scratch / "o")) && Catch::Contains("No such file or directory"));
 }
 
+TEST_CASE("a run by event says how many events and evaluations it had", "[folder]") {
+  const Scratch scratch("run-evaluations");
+  const Outcome run =
+      run_perp(scratch, "run seed-sphere --method event --tolerance 1e-8 --out " + (scratch / "o"));
+  REQUIRE(run.status == 0);
+  const std::size_t events = columns(scratch / "o/events.csv")["t"].size();
+  CHECK(events > 0);
+  CHECK_THAT(run.out, Catch::Contains(std::to_string(events) + " events, "));
+  CHECK(run.out.find(", 0 evaluations") == std::string::npos);
+}
+
 TEST_CASE("run.json says what was run, from what, with what, when and how it ended", "[folder]") {
   const Scratch scratch("run-json");
   REQUIRE(run_perp(scratch,
