@@ -26,6 +26,7 @@ void need_written(std::FILE* out);
 // Each adds its subcommand to `perp`. When the command line names it, it runs while the line is parsed and
 // leaves in `status` how it ended; it throws as the library does.
 void add_run_command(CLI::App& perp, const std::vector<std::string>& command_line, int& status);
+void add_view_command(CLI::App& perp, int& status);
 void add_study_command(CLI::App& perp, int& status);
 void add_scenes_command(CLI::App& perp, int& status);
 void add_check_command(CLI::App& perp, int& status);

@@ -26,6 +26,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(0, 1);
   int status = Done;
   add_run_command(app, {argv, argv + argc}, status);
+  add_view_command(app, status);
   add_study_command(app, status);
   add_scenes_command(app, status);
   add_check_command(app, status);

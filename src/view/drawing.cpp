@@ -1,0 +1,225 @@
+#include "view/drawing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "perp/instant/instant.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+std::string_view name_of(BodyMotion::Kind kind) {
+  switch (kind) {
+    case BodyMotion::Kind::Planar:
+      return "planar";
+    case BodyMotion::Kind::Particle:
+      return "particle";
+    default:
+      return "spatial";
+  }
+}
+
+/// Bodies of the file that have a pose, in its order.
+void add_moving(const RecordedRun& run, Drawing& drawing) {
+  for (const BodyMotion& motion : run.bodies) {
+    if (motion.kind == BodyMotion::Kind::Generalized) {
+      drawing.unseen.push_back(motion.name);
+      continue;
+    }
+    DrawnBody& body = drawing.bodies.emplace_back();
+    body.name = motion.name;
+    body.kind = name_of(motion.kind);
+    body.colour = static_cast<int>(drawing.bodies.size()) - 1;
+    body.t = run.t;
+    body.moments = motion.moments;
+  }
+}
+
+/// The convex hull of points in the xy plane, counter-clockwise (Andrew's monotone chain).
+std::vector<Vector3> hull(std::vector<Vector3> points) {
+  std::sort(points.begin(), points.end(), [](const Vector3& a, const Vector3& b) {
+    return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
+  });
+  std::vector<Vector3> chain;
+  const auto half = [&](auto first, auto last) {
+    const std::size_t start = chain.size();
+    for (; first != last; ++first) {
+      const auto turns_left = [&] {
+        const Vector3 a = chain.back() - chain[chain.size() - 2], b = *first - chain.back();
+        return a.x() * b.y() - a.y() * b.x() > 0;
+      };
+      while (chain.size() >= start + 2 && !turns_left()) chain.pop_back();
+      chain.push_back(*first);
+    }
+    chain.pop_back();
+  };
+  half(points.begin(), points.end());
+  half(points.rbegin(), points.rend());
+  return chain;
+}
+
+/// In the plane the corners that a body touches others with, and the points through which its faces go, are a polygon's.
+void join_corners(std::vector<Solid>& solids) {
+  std::vector<Vector3> corners;
+  for (const Solid& s : solids) {
+    if (s.kind == Solid::Kind::Stick) corners.push_back(s.place * s.size);
+    if (s.kind == Solid::Kind::Plane) corners.push_back(s.place.p);
+  }
+  if (corners.size() < 3) return;
+  Solid polygon{.kind = Solid::Kind::Polygon, .vertices = hull(corners)};
+  if (polygon.vertices.size() < 3) return;
+  std::erase_if(solids, [](const Solid& s) { return s.kind == Solid::Kind::Stick; });
+  solids.push_back(std::move(polygon));
+}
+
+/// Solids, joints, the ground and prescribed bodies, which only the scene knows.
+void add_scene(const RecordedRun& run, const Scene& scene, Drawing& drawing) {
+  const Model& model = scene.model;
+  std::vector<std::vector<Solid>> solids = solids_of(model);
+  std::vector<int> index(model.bodies().size(), -1);
+  for (int b = 0; b < static_cast<int>(model.bodies().size()); ++b) {
+    const Body& body = model.body({b});
+    const auto drawn = std::find_if(drawing.bodies.begin(), drawing.bodies.end(),
+                                    [&](const DrawnBody& d) { return d.name == body.name && b > 0; });
+    if (drawn != drawing.bodies.end()) {
+      index[at(b)] = static_cast<int>(drawn - drawing.bodies.begin());
+      drawn->solids = std::move(solids[at(b)]);
+      if (body.kind == BodyKind::Prescribed) drawn->kind = "prescribed";
+      if (body.kind == BodyKind::Planar) join_corners(drawn->solids);
+      continue;
+    }
+    if (body.kind != BodyKind::Ground && body.kind != BodyKind::Prescribed) continue;
+    index[at(b)] = static_cast<int>(drawing.bodies.size());
+    DrawnBody& fixed = drawing.bodies.emplace_back();
+    fixed.name = body.kind == BodyKind::Ground ? "ground" : body.name;
+    fixed.kind = body.kind == BodyKind::Ground ? "ground" : "prescribed";
+    fixed.solids = std::move(solids[at(b)]);
+    State x = scene.start;
+    if (body.kind == BodyKind::Prescribed)
+      fixed.t = run.t;
+    else
+      fixed.t = {run.t.front()};
+    for (const double t : fixed.t) {
+      x.t = t;
+      fixed.moments.push_back({model.pose(x, {b}), model.twist(x, {b})});
+    }
+  }
+  for (const JointGeometry& joint : model.joints()) {
+    // on the body that is drawn, moving ones first
+    const bool on_a = index[at(joint.a.index)] >= 0 && (joint.a.index > 0 || index[at(joint.b.index)] < 0);
+    const BodyId id = on_a ? joint.a : joint.b;
+    if (index[at(id.index)] < 0) continue;
+    DrawnJoint& drawn = drawing.joints.emplace_back();
+    drawn.name = joint.name;
+    drawn.body = index[at(id.index)];
+    drawn.anchor = on_a ? joint.anchor_a : joint.anchor_b;
+    if (joint.kind != JointKind::Fixed && joint.kind != JointKind::Ball && joint.kind != JointKind::Rod)
+      drawn.axis = model.body(id).rest.q.conjugate() * joint.asked.axis;
+  }
+  const Vector3& g = model.gravity();
+  if (g.norm() > 0) drawing.up = -g.normalized();
+}
+
+/// The state at row `i`, as far as files hold it.
+void put_row(const RecordedRun& run, const Model& model, std::size_t i, State& x) {
+  x.t = run.t[i];
+  for (const BodyMotion& motion : run.bodies) {
+    const auto& all = model.bodies();
+    const auto body =
+        std::find_if(all.begin(), all.end(), [&](const Body& b) { return b.name == motion.name; });
+    if (body == all.end() || body->nq == 0) continue;
+    const BodyId id{static_cast<int>(body - all.begin())};
+    if (motion.kind == BodyMotion::Kind::Generalized) {
+      const auto n = static_cast<std::size_t>(motion.freedoms);
+      if (body->nq != motion.freedoms) continue;
+      for (std::size_t k = 0; k < n; ++k) x.q[body->q0 + static_cast<int>(k)] = motion.q[i * n + k];
+      continue;
+    }
+    const Moment& m = motion.moments[i];
+    if (body->kind == BodyKind::Planar) {
+      x.q.segment<2>(body->q0) = m.X.p.head<2>();
+      x.q[body->q0 + 2] = rotation_vector(m.X.q).z();
+    } else {
+      model.set_position(x, id, m.X.p);
+      if (body->kind == BodyKind::Spatial) model.set_orientation(x, id, m.X.q);
+    }
+  }
+}
+
+/// Where the contact points of the rows are: from the scene's gaps at the rows' configurations.
+void add_contact_points(const RecordedRun& run, const Scene& scene, Drawing& drawing) {
+  const Model& model = scene.model;
+  std::map<std::string, int, std::less<>> point_of;
+  for (std::size_t p = 0; p < model.point_names()->size(); ++p)
+    point_of.emplace((*model.point_names())[p], static_cast<int>(p));
+  State x = scene.start;
+  Instant instant;
+  drawing.contact_points.resize(run.contacts.size());
+  for (std::size_t k = 0; k < run.contacts.size(); ++k) {
+    const auto after = std::upper_bound(run.t.begin(), run.t.end(), run.contact_t[k]);
+    put_row(run, model, after == run.t.begin() ? 0 : static_cast<std::size_t>(after - run.t.begin()) - 1, x);
+    evaluate(model, x, instant);
+    for (const ContactMoment& m : run.contacts[k]) {
+      const auto point = point_of.find(run.contact_names[at(m.name)]);
+      const int i = point == point_of.end() ? -1 : instant.contact_of_point[at(point->second)];
+      drawing.contact_points[k].push_back(i >= 0 ? instant.contacts[at(i)].position
+                                                 : Vector3::Constant(not_set));
+    }
+  }
+}
+
+/// Centre and radius of what moves over the run, with its solids; bodies that stand still count where nothing moves.
+void measure(Drawing& drawing) {
+  Vector3 low = Vector3::Constant(infinity), high = -low;
+  for (const bool moving : {true, false}) {
+    for (DrawnBody& body : drawing.bodies) {
+      const bool still = body.kind == "ground" || body.kind == "prescribed";
+      if (still == moving) continue;
+      double extent = 0;
+      for (const Solid& s : body.solids) extent = std::max(extent, s.place.p.norm() + extent_of(s));
+      if (still && extent == 0) continue;
+      const std::size_t stride = std::max<std::size_t>(1, body.moments.size() / 2000);
+      for (std::size_t i = 0; i < body.moments.size(); i += stride) {
+        low = low.cwiseMin(body.moments[i].X.p - Vector3::Constant(extent));
+        high = high.cwiseMax(body.moments[i].X.p + Vector3::Constant(extent));
+      }
+    }
+    if (moving && (high - low).maxCoeff() > 0) break;
+  }
+  for (const DrawnJoint& joint : drawing.joints) {
+    const DrawnBody& body = drawing.bodies[at(joint.body)];
+    for (const std::size_t i : {std::size_t{0}, body.moments.size() - 1}) {
+      const Vector3 p = body.moments[i].X * joint.anchor;
+      low = low.cwiseMin(p), high = high.cwiseMax(p);
+    }
+  }
+  if (!(high - low).allFinite()) return;
+  if (!((high - low).maxCoeff() > 0)) low.array() -= 1, high.array() += 1;
+  drawing.low = low, drawing.high = high;
+  drawing.centre = 0.5 * (low + high);
+  if (drawing.flat) low.z() = high.z() = 0;
+  const double radius = 0.5 * (high - low).norm();
+  drawing.radius = radius > 0 ? radius : 1;
+}
+
+}  // namespace
+
+Drawing drawing_of(const RecordedRun& run) {
+  Drawing drawing;
+  add_moving(run, drawing);
+  drawing.flat =
+      !drawing.bodies.empty() && std::all_of(drawing.bodies.begin(), drawing.bodies.end(),
+                                             [](const DrawnBody& b) { return b.kind == "planar"; });
+  if (run.scene) {
+    add_scene(run, *run.scene, drawing);
+    add_contact_points(run, *run.scene, drawing);
+  }
+  if (drawing.flat) drawing.up = Vector3::UnitY();
+  measure(drawing);
+  return drawing;
+}
+
+}  // namespace perp
