@@ -45,6 +45,7 @@ class Buffer {
     return end(std::move(accessor));
   }
   void put_into(json& file) {
+    if (bytes_.empty()) return;  // glTF has no empty buffers
     file["buffers"] = {
         {{"byteLength", bytes_.size()},
          {"uri", "data:application/octet-stream;base64," + base64(bytes_.data(), bytes_.size())}}};
