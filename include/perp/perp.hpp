@@ -66,9 +66,15 @@
 
 #include "perp/io/chart.hpp"
 #include "perp/io/csv_file.hpp"
+#include "perp/io/csv_reader.hpp"
 #include "perp/io/expression.hpp"
 #include "perp/io/run_files.hpp"
 #include "perp/io/scene_file.hpp"
 #include "perp/io/study_files.hpp"
 #include "perp/io/study_folder.hpp"
 #include "perp/io/urdf.hpp"
+
+#include "perp/view/page.hpp"
+#include "perp/view/pictures.hpp"
+#include "perp/view/recorded_run.hpp"
+#include "perp/view/solids.hpp"
