@@ -286,9 +286,9 @@ void read_run_record(const fs::path& path, RecordedRun& run) {
 
 }  // namespace
 
-int RecordedRun::find_body(std::string_view name) const {
+int RecordedRun::find_body(std::string_view body) const {
   for (std::size_t i = 0; i < bodies.size(); ++i)
-    if (bodies[i].name == name) return static_cast<int>(i);
+    if (bodies[i].name == body) return static_cast<int>(i);
   return -1;
 }
 

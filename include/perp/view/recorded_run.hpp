@@ -62,7 +62,7 @@ struct RecordedRun {
   std::vector<std::vector<ContactMoment>> contacts;  ///< at each of them
   std::vector<std::string> contact_names, contact_bodies_a, contact_bodies_b;
 
-  int find_body(std::string_view name) const;  ///< -1 if there is none
+  int find_body(std::string_view body) const;  ///< -1 if there is none
 };
 
 /// Reads `folder`. Throws std::invalid_argument naming the file, line and column for a folder that holds no run, a table that
