@@ -155,8 +155,9 @@ TEST_CASE("a full disk leaves whole rows and says why and where, and --resume go
   check_same_bytes(scratch, "alone", "o");
 }
 
-TEST_CASE("--resume refuses a folder whose scene, version, method or restart is not that of the run",
-          "[resume]") {
+TEST_CASE(
+    "what is taken up again refuses a folder whose scene, version, method or restart is not that of the run",
+    "[resume]") {
   const Scratch scratch("resume-refuses");
   std::ofstream(scratch / "s.toml") << run_perp(scratch, "scenes oblique-sphere --toml").out;
   const std::string run = "run " + (scratch / "s.toml") +

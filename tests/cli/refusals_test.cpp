@@ -223,7 +223,7 @@ TEST_CASE("a quiet run prints nothing, a verbose one a line a step", "[refusals]
   const std::string run = "run seed-sphere --method lcp --step 0.1 --out " + (scratch / "o");
   CHECK(run_perp(scratch, run + " --quiet").out.empty());
   const std::string out = run_perp(scratch, run + " --verbose").out;
-  CHECK_THAT(out, Contains("t = 0.1, h = 0.1") && Contains("lemke"));
+  CHECK_THAT(out, Contains("t = 0.3, h = 0.0999") && Contains("lemke"));
   std::size_t lines = 0;
   for (std::size_t at = 0; (at = out.find("t = 0.", at)) != std::string::npos; ++at) ++lines;
   CHECK(lines == 7);  // six steps and the summary

@@ -22,6 +22,7 @@ struct Course {
   double height_drift = 0;  ///< the same along z
   double energy_max = -infinity;
   double friction = 0;  ///< work of friction, as reported [J]
+  double left = 0;      ///< and what no work accounts for [J]
   std::map<std::string, int, std::less<>> solvers;
 
   int stand_ins() const {  ///< steps that Newton's method alone did not solve
@@ -50,6 +51,7 @@ inline Course course(const Model& model, const State& start, std::string_view me
     c.joint_error = std::max(c.joint_error, report.joint_error);
     c.energy_max = std::max(c.energy_max, report.energy);
     c.friction += report.energy_friction;
+    c.left += report.energy_left;
     for (const Body& b : model.bodies()) {
       if (b.nv == 0) continue;
       const Vector3 moved = (c.end.q - start.q).segment<3>(b.q0);

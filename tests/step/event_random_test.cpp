@@ -24,11 +24,11 @@ const Family families[] = {{"rod", rod_start, 150, 2500},
                            {"ellipsoid", ellipsoid_start, 100, 2500}};
 
 /// Where one answer is hard to come by: redundant contacts, brakes, equations that lose their solution.
-const Family hard_families[] = {{"chain", chain_start, 8, 2000},
-                                {"braked cart", braked_cart_start, 40, 2500},
-                                {"coin", coin_start, 4, 500},
-                                {"stack of three", stack_start, 4, 500},
-                                {"rod into A = 0", painleve_start, 60, 4500}};
+const Family hard_families[] = {{"chain", chain_start, 3, 2000},
+                                {"braked cart", braked_cart_start, 10, 2500},
+                                {"coin", coin_start, 2, 500},
+                                {"stack of three", stack_start, 2, 500},
+                                {"rod into A = 0", painleve_start, 20, 4500}};
 
 /// What came of the starts of a family.
 struct Outcomes {
@@ -101,7 +101,7 @@ TEST_CASE("Runs from random starts of chains, brakes, coins, stacks and Painleve
   if (!has_sundials()) return;
   const Family& family = hard_families[static_cast<std::size_t>(GENERATE(0, 1, 2, 3, 4))];
   const Outcomes outcomes = run_all(family, family.quick);
-  CHECK(outcomes.ends.at("ended") >= family.quick * 19 / 20);  // brakes: doc/methods/event-driven.md
+  CHECK(10 * outcomes.ends.at("ended") >= 9 * family.quick);  // brakes: doc/methods/event-driven.md
 }
 
 TEST_CASE("A box that slides on four corners, one of which its least forces would pull, goes on", "[event]") {
