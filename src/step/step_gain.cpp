@@ -11,6 +11,9 @@
 namespace perp {
 namespace {
 
+constexpr double much =
+    0.01;  // of the energies in the step: what an error of the method is below at a step that suits
+
 /// What loads do along h (nu_q - (nu + nu+)/2) of the bodies that an impact changes.
 double displaced(const Model& model, const Instant& start, const State& x, const State& moved,
                  const StepAnswer& answer) {
@@ -108,8 +111,9 @@ StepGain gain_of(const Model& model, const Instant& start, const State& x, const
   constexpr double rounding =
       64 * std::numeric_limits<double>::epsilon();  // of energies that are differences
   gain.from_nothing =
-      std::max(0.0, gain.from_nothing - rounding * (std::abs(height) + std::abs(height_after)) -
-                        energy_at_rest(model, start, x, answer.h));
+      std::max(0.0, gain.from_nothing - rounding * (std::abs(height) + std::abs(height_after)));
+  if (gain.from_nothing > much * gain.measure)  // else nobody asks
+    gain.from_nothing = std::max(0.0, gain.from_nothing - energy_at_rest(model, start, x, answer.h));
   if (!std::isfinite(left)) gain.from_nothing = left;
   return gain;
 }
@@ -136,8 +140,6 @@ StepGain Stepper::halved(const Model& model, const State& x, const StepRequest& 
 
 bool Stepper::keeps_energy(const Model& model, const State& x, const StepRequest& request,
                            const StepGain& gain, StepReport& report) {
-  constexpr double much =
-      0.01;  // of the energies in the step: what an error of the method is below at a step that suits
   constexpr double falls = 0.6;  // of the whole step's gain in its halves: order 1 gives 1/2
   constexpr int most_halvings = 10;
   gain_ = gain;
