@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "step/linearized_step.hpp"
+#include "step/pass_mark.hpp"
 #include "step/step_problem.hpp"
 
 namespace perp {
@@ -17,12 +18,12 @@ struct StepResiduals {
   double normal = 0;      ///< |w (p - projection)| of contacts, along n [m/s]
   double tangential = 0;  ///< and along t, o; of joint frictions [m/s, rad/s]
   double joints = 0;      ///< |u| of equalities [m/s, rad/s]
-  double speed = 0;       ///< largest speed that enters [m/s]
+  double speed = 0;       ///< that they are measured by: the largest that StepSpeeds knows [m/s]
   double largest() const;
 };
 
 struct NewtonOutcome {
-  bool converged = false;  ///< residuals.largest() <= tolerance * speed + rounding, in every island
+  bool converged = false;  ///< every body and reaction misses no more than its island's pass mark
   StepResiduals residuals;
   int iterations = 0;
   std::string_view solver = "none";  ///< newton, friction-chain, ipopt; none if nothing was to be done
@@ -34,13 +35,17 @@ struct NewtonOutcome {
 /// energy, apart for each island (bodies tied by reactions or couplings); an island that stalls goes on from its best guess with
 /// another rho. Residuals are those of rho = 1.
 ///
+/// A miss of a body or a reaction passes, as a speed, if it is at most
+///   tolerance s + rounding of psi/h + min(4 eps (sum of the terms' sizes), 1e-6 s),   s the speed of its island (StepSpeeds):
+/// the answer's own velocities and impulses count by their rounding alone.
+///
 /// If it stalls: Josephy and Newton's method, the linearised problem with its exact cones solved by solve_friction's chain;
 /// then the same by Ipopt.
 class NonsmoothNewton {
  public:
   struct Options {
+    const StepSpeeds& speeds;
     double tolerance = 1e-10;  ///< relative to the speeds of the step
-    double rounding = 0;       ///< of u, absolute [m/s]: what psi/h cannot go below
     int most = 40;             ///< iterations of Newton
   };
 
@@ -50,13 +55,18 @@ class NonsmoothNewton {
              Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
 
  private:
+  static constexpr double steps_rho[] = {1, 0.1, 10};
+  static constexpr int maps = 3;
   static constexpr std::size_t memory = 8;  // merits that the search may fall back on
   struct Island {
     StepResiduals residuals;
     double merit = 0;  // [J]
     std::array<double, memory> merits{};
-    double t = 1;  // of the search
-    bool good = false;
+    double t = 1;            // of the search
+    bool good = false;       // all in it pass
+    double speed = 0;        // that it is measured by [m/s]
+    double size = 0;         // largest speed that enters, the answer's among them [m/s]
+    double rounding = 0;     // largest of its reactions' [m/s]
     double floor = 0;        // of residuals, by rounding [m/s]
     int map = 0;             // in use: which of the steps rho
     double best = infinity;  // residual met, and how many iterations have not halved it
@@ -64,7 +74,17 @@ class NonsmoothNewton {
     bool at_rounding() const { return good && residuals.largest() <= floor; }
   };
 
-  void find_islands(const Model& model, const std::vector<Reaction>& reactions);
+  /// A miss that passes if rounding of what is added up is that large.
+  struct Doubt {
+    double miss = 0, rounding = 0;  // [m/s]
+    int body = -1, reaction = -1;
+  };
+
+  void find_islands(const Model& model, const Options& options, const std::vector<Reaction>& reactions);
+  bool sum_up(NewtonOutcome& outcome);
+  void judge_miss(Island& island, const Options& options, const Doubt& miss);
+  void settle_doubts(const Model& model, const Options& options, const Vector& nu,
+                     const std::vector<Reaction>& reactions);
   bool evaluate(const Model& model, StepProblem& problem, const Options& options, const Vector& nu,
                 std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool judge(const Model& model, const Options& options, const Vector& nu,
@@ -88,6 +108,8 @@ class NonsmoothNewton {
   std::vector<LinearizedReaction> rows_;
   LinearizedStep linearized_;
   std::vector<Island> islands_;
+  std::vector<Doubt> doubts_;
+  Vector terms_;                      // sizes of what (1) adds up
   std::vector<char> improved_;        // islands that a pass is about
   std::vector<int> parent_, island_;  // of bodies
 };

@@ -1,0 +1,163 @@
+// How well a guess solves a step: residuals, and which islands pass.
+#include <algorithm>
+#include <cmath>
+
+#include "solve/cone.hpp"
+#include "step/closeness.hpp"
+#include "step/nonsmooth_newton.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// F = p - projection(p - rho u/w) and P. A contact that touches without a load, z_n within `rounding` [m/s] of zero, counts as
+/// closed in P: so a stack that begins to carry closes all of its joints at once, not one in an iteration.
+void alart_curnier(const Reaction& r, double rounding, LinearizedReaction& row) {
+  const Vector3 z = r.p - row.rho / r.w * r.u;
+  Vector3 projected;
+  if (r.law == Law::Equality) {
+    projected = {z.x(), 0, 0};
+    row.P = Vector3(1, 0, 0).asDiagonal();
+  } else {
+    alart_curnier_projection(kind_of(r.law), r.mu, z, projected, row.P);
+    if (r.law != Law::Interval && z.x() <= 0 && r.w * z.x() >= -row.rho * rounding) {
+      const double slip = z.tail<2>().norm();
+      const bool sticks = r.w * slip <= row.rho * rounding;
+      const Vector3 touching = sticks ? Vector3(1, 0, 0) : Vector3(1e-8 * slip, z.y(), z.z());
+      Vector3 unused;
+      alart_curnier_projection(kind_of(r.law), r.mu, touching, unused, row.P);
+    }
+  }
+  row.F = r.p - projected;
+}
+
+}  // namespace
+
+double StepResiduals::largest() const { return std::max({momentum, normal, tangential, joints}); }
+
+/// Residuals, merits and F, P at the guess evaluated last; false if they are not finite.
+bool NonsmoothNewton::judge(const Model& model, const Options& options, const Vector& nu,
+                            const std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  for (Island& island : islands_) {
+    island.residuals = {};
+    island.merit = island.size = 0;
+    island.good = true;
+  }
+  doubts_.clear();
+  const double speed_rounding = 16 * closeness::eps * nu.lpNorm<Eigen::Infinity>();
+  rows_.resize(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    LinearizedReaction& row = rows_[i];
+    row.rho = 1;
+    alart_curnier(r, r.rounding + speed_rounding, row);
+    const Vector3 miss = r.w * row.F.cwiseAbs();
+    Island& island = islands_[island_number(r)];
+    if (island.map > 0 && r.law != Law::Equality) {
+      row.rho = steps_rho[island.map];
+      alart_curnier(r, r.rounding + speed_rounding, row);
+    }
+    StepResiduals& e = island.residuals;
+    if (r.law == Law::Equality)
+      e.joints = std::max(e.joints, std::abs(r.u.x()));
+    else
+      e.normal = std::max(e.normal, miss.x());
+    e.tangential = std::max({e.tangential, miss.y(), miss.z()});
+    const double worst = r.law == Law::Equality ? std::abs(r.u.x()) : miss.maxCoeff();
+    judge_miss(
+        island, options,
+        {.miss = r.length * worst, .rounding = r.length * r.rounding, .reaction = static_cast<int>(i)});
+    island.size = std::max(island.size, r.w * r.p.cwiseAbs().maxCoeff());
+    if (r.u.x() < Reaction::no_point) island.size = std::max(island.size, r.u.cwiseAbs().maxCoeff());
+    island.merit += r.w * row.F.squaredNorm();
+  }
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    if (b.nv == 0) continue;
+    Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
+    solve_mass(model, *instant_, static_cast<int>(i), R_.data() + b.v0, y.data());
+    const auto R = R_.segment(b.v0, b.nv);
+    const double energy = R.dot(y.head(b.nv));
+    Island& island = islands_[at(island_[i])];
+    StepResiduals& e = island.residuals;
+    island.merit += energy;
+    const double miss =
+        b.kind == BodyKind::Generalized ? y.cwiseAbs().maxCoeff() : std::sqrt(std::abs(energy) / b.mass);
+    judge_miss(island, options, {.miss = miss, .body = static_cast<int>(i)});
+    e.momentum = std::max(e.momentum, miss);
+    e.impulse = std::max(e.impulse, R.cwiseAbs().maxCoeff());
+    island.size = std::max(island.size, nu.segment(b.v0, b.nv).cwiseAbs().maxCoeff());
+  }
+  settle_doubts(model, options, nu, reactions);
+  return sum_up(outcome);
+}
+
+/// What all islands leave; false if it is not finite.
+bool NonsmoothNewton::sum_up(NewtonOutcome& outcome) {
+  StepResiduals& all = outcome.residuals;
+  all = {};
+  outcome.converged = std::all_of(islands_.begin(), islands_.end(),
+                                  [](const Island& island) { return std::isfinite(island.merit); });
+  if (!outcome.converged) {
+    all.momentum = not_set;
+    return false;
+  }
+  for (Island& island : islands_) {
+    const StepResiduals& e = island.residuals;
+    constexpr double eps = 16 * closeness::eps;
+    island.floor = eps * island.size + island.rounding;
+    outcome.converged = outcome.converged && island.good;
+    all.momentum = std::max(all.momentum, e.momentum);
+    all.impulse = std::max(all.impulse, e.impulse);
+    all.normal = std::max(all.normal, e.normal);
+    all.tangential = std::max(all.tangential, e.tangential);
+    all.joints = std::max(all.joints, e.joints);
+    all.speed = std::max(all.speed, island.speed);
+  }
+  return true;
+}
+
+void NonsmoothNewton::judge_miss(Island& island, const Options& options, const Doubt& miss) {
+  const double mark = options.tolerance * island.speed + miss.rounding;
+  if (miss.miss <= mark) return;
+  if (miss.miss <= mark + closeness::most_rounding * island.speed)
+    doubts_.push_back(miss);
+  else
+    island.good = false;
+}
+
+/// Misses above the tolerance pass where rounding of what is added up is as large.
+void NonsmoothNewton::settle_doubts(const Model& model, const Options& options, const Vector& nu,
+                                    const std::vector<Reaction>& reactions) {
+  if (doubts_.empty()) return;
+  multiply_mass(model, *instant_, nu, terms_);
+  terms_ = terms_.cwiseAbs().eval();
+  const auto add_sizes = [](const WrenchMap<3>& W, const Vector3& p, Vector& out) {
+    out.segment(W.va, W.na) += W.A.topRows(W.na).cwiseAbs() * p.cwiseAbs();
+    out.segment(W.vb, W.nb) += W.B.topRows(W.nb).cwiseAbs() * p.cwiseAbs();
+  };
+  for (const Reaction& r : reactions) add_sizes(r.W, r.p, terms_);
+  const auto velocity_terms = [&](const Reaction& r) {
+    Vector3 sizes = r.w * r.p.cwiseAbs();
+    sizes += r.W.A.topRows(r.W.na).cwiseAbs().transpose() * nu.segment(r.W.va, r.W.na).cwiseAbs();
+    sizes += r.W.B.topRows(r.W.nb).cwiseAbs().transpose() * nu.segment(r.W.vb, r.W.nb).cwiseAbs();
+    return r.length * sizes.maxCoeff();
+  };
+  const auto momentum_terms = [&](int body) {
+    const Body& b = model.bodies()[at(body)];
+    Vector y = Vector::Zero(nu.size());
+    solve_mass(model, *instant_, body, terms_.data() + b.v0, y.data() + b.v0);
+    return 2 * options.speeds.of_body(at(body)) + speed_of(b, terms_, y);
+  };
+  for (const Doubt& d : doubts_) {
+    Island& island =
+        d.body >= 0 ? islands_[at(island_[at(d.body)])] : islands_[island_number(reactions[at(d.reaction)])];
+    const double sizes = d.body >= 0 ? momentum_terms(d.body) : velocity_terms(reactions[at(d.reaction)]);
+    const double rounding =
+        std::min(closeness::terms * closeness::eps * sizes, closeness::most_rounding * island.speed);
+    if (!(d.miss <= options.tolerance * island.speed + d.rounding + rounding)) island.good = false;
+  }
+}
+
+}  // namespace perp
