@@ -11,10 +11,12 @@
 #include "solve/basis_pivots.hpp"
 #include "step/certificate.hpp"
 #include "step/free_rotation.hpp"
+#include "step/impact_in_step.hpp"
 #include "step/implicit_step.hpp"
 #include "step/joint_projection.hpp"
 #include "step/least_reactions.hpp"
 #include "step/mixed_form.hpp"
+#include "step/polygonal_sharing.hpp"
 #include "step/step_gain.hpp"
 #include "step/step_record.hpp"
 
@@ -31,7 +33,8 @@ struct IslandProblem {
   LcpSolution solution;
   BasisPivots pivots;
   KeptBasis last[2];  // of the problem without and with restitution
-  Vector r, u;        // impulses and velocities along the rows of `reduced`
+  PolygonalSharing sharing;
+  Vector r, u;  // impulses and velocities along the rows of `reduced`
 };
 
 /// Unknowns up to which Lemke's path costs no more than a factorisation.
@@ -65,6 +68,8 @@ struct LcpStepper::Workspace {
 
   void assemble(const Model& model, const Instant& s, std::size_t i, double h, bool scaled);
   std::vector<Reaction> reactions;
+  EnergyBefore energy;
+  Rebound law = Rebound::Newton;
 };
 
 LcpStepper::LcpStepper(LcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
@@ -146,6 +151,10 @@ bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& 
     }
     problem.r.resize(problem.reduced.size());
     problem.polygonal.read_impulses(solution.z, problem.r);
+    if (PolygonalSharing::possible(islands[i]))
+      problem.sharing.share(model, problem.reduced, s, islands[i],
+                            {.polygon = w.polygon, .gap_term = w.gap_term, .h = request.h}, problem.polygonal,
+                            solution.z, problem.r);
     problem.reduced.add_impulses(s, islands[i], problem.r, answer.impulse, answer.reactions);
   }
 
@@ -209,7 +218,7 @@ bool LcpStepper::add_overlapping(const Instant& s, double h, const Answer& answe
   return w.active.size() > before;
 }
 
-/// Newton's restitution, e = 0 too: replaces the gap terms of closed contacts; false if there was no impact.
+/// Restitution, e = 0 too: replaces the gap terms of closed contacts; false if there was no impact.
 bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
   Workspace& w = *work_;
   bool bounces = false;
@@ -218,8 +227,7 @@ bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
   for (const int i : w.active) {
     if (!(w.answer.p(0, i) > 0)) continue;
     const ContactInstant& c = s.contacts[at(i)];
-    const double approach = std::min(c.velocity(x.nu).x(), 0.0);
-    w.gap_term[i] = c.e * approach;
+    w.gap_term[i] = restitution_term(w.law, c.e, c.velocity(x.nu).x());
     bounces = bounces || w.gap_term[i] < 0 || (whole && strikes(c, x, w.gained, h, w.answer.speed_scale));
   }
   // what touches takes part in an impact, though the position's problem may have opened it
@@ -350,9 +358,16 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   step.second.clear();
   step.struck.clear();
   Answer* final = &w.answer;
+  w.law = Rebound::Newton;
   if (set_rebound(x, s, request.h)) {
     final = &w.rebound;
-    if (!solve(model, s, request, w.rebound, report)) return fail(StepStatus::NotSolved, report.message);
+    w.energy.set(model, s, x.nu, w.nu_free, [](std::size_t) { return true; });
+    for (const Rebound law : rebounds) {
+      w.law = law;
+      (void)set_rebound(x, s, request.h);
+      if (!solve(model, s, request, w.rebound, report)) return fail(StepStatus::NotSolved, report.message);
+      if (!w.energy.exceeded(model, s, w.rebound.nu)) break;
+    }
     w.rebound.iterations += w.answer.iterations;
     step.struck.assign(model.bodies().size(), 0);
     for (std::size_t i = 0; i < step.struck.size(); ++i) {

@@ -77,9 +77,14 @@ bool LinearizedStep::factor(const Model& model, const std::vector<Coupling>& K,
 bool LinearizedStep::solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
                            const std::vector<Reaction>& reactions,
                            const std::vector<LinearizedReaction>& rows, const Vector& R) {
-  constexpr int most_refinements = 3;
   analyze(model, K, reactions);
-  if (!factor(model, K, reactions, rows)) return false;
+  return factor(model, K, reactions, rows) && solve_again(model, instant, K, reactions, rows, R);
+}
+
+bool LinearizedStep::solve_again(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
+                                 const std::vector<Reaction>& reactions,
+                                 const std::vector<LinearizedReaction>& rows, const Vector& R) {
+  constexpr int most_refinements = 3;
   const std::size_t n = reactions.size();
   dnu.setZero(R.size());
   dp.assign(n, Vector3::Zero());

@@ -30,6 +30,10 @@ class LinearizedStep {
   bool solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
              const std::vector<Reaction>& reactions, const std::vector<LinearizedReaction>& rows,
              const Vector& R);
+  /// The same for another R and other F, with the factors of the last solve.
+  bool solve_again(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
+                   const std::vector<Reaction>& reactions, const std::vector<LinearizedReaction>& rows,
+                   const Vector& R);
 
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;

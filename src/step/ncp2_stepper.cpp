@@ -6,6 +6,7 @@
 #include "perp/core/errors.hpp"
 #include "step/certificate.hpp"
 #include "step/free_rotation.hpp"
+#include "step/impact_in_step.hpp"
 #include "step/implicit_step.hpp"
 #include "step/least_reactions.hpp"
 #include "step/step_gain.hpp"
@@ -185,6 +186,7 @@ class FirstStage final : public StepProblem {
 
 /// How a reaction of the second stage came out of the first.
 struct Slid {
+  double e = 0, u_n_before = 0;  ///< restitution of a contact: u_n at the start of the step
   Vector3 direction =
       Vector3::Zero();  ///< u_½/|u_½| along t, o; zero: it stuck or arrived, and has its law at nu+
 };
@@ -205,12 +207,14 @@ struct Ncp2Stepper::Workspace {
   std::vector<RelativeVelocity> velocities;
   Vector nu, gained, kick, load, momentum;
   StruckBodies struck, jumped;
+  EnergyBefore energy;
   StepAnswer answer;
   Certificate certificate;
   State moved;
 
   void close(const Model& model, const Instant& s, const State& x, double h, double speed);
   bool solve_second(const Model& model, double tolerance, int& iterations);
+  bool solve_rebound(const Model& model, const State& x, double tolerance, int& iterations);
 };
 
 Ncp2Stepper::Ncp2Stepper(Ncp2StepperOptions options)
@@ -265,8 +269,8 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
         continue;
       next.W = c->W;
       b = c->bias;
-      const double approach = std::min(before.velocity(x.nu).x(), 0.0);
-      b.x() += c->e * approach;
+      how.e = c->e;
+      how.u_n_before = before.velocity(x.nu).x();
       if (touched && !whole && r.law != Law::HalfLine && slips(r, speed))
         how.direction.tail<2>() = r.u.tail<2>().normalized();
     }
@@ -332,6 +336,36 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
   }
 }
 
+/// The second stage with restitution: of an impact with a law that adds no energy.
+bool Ncp2Stepper::Workspace::solve_rebound(const Model& model, const State& x, double tolerance,
+                                           int& iterations) {
+  const auto restitute = [&](Rebound law) {
+    for (std::size_t i = 0; i < slid.size(); ++i)
+      velocities[i].bias.x() += restitution_term(law, slid[i].e, slid[i].u_n_before);
+  };
+  if (!struck.any()) {
+    restitute(Rebound::Newton);
+    return solve_second(model, tolerance, iterations);
+  }
+  const Vector half = nu;
+  const auto posed_closed = closed;
+  const auto posed_velocities = velocities;
+  const auto posed_slid = slid;
+  Vector free;
+  solve_mass(model, end, momentum, free);
+  energy.set(model, end, x.nu, free, [&](std::size_t body) { return struck[body]; });
+  for (const Rebound law : rebounds) {
+    nu = half;
+    closed = posed_closed;
+    velocities = posed_velocities;
+    slid = posed_slid;
+    restitute(law);
+    if (!solve_second(model, tolerance, iterations)) return false;
+    if (!energy.exceeded(model, end, nu)) break;
+  }
+  return true;
+}
+
 void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Workspace& w = *work_;
   const Instant& s = w.start.at(model, x, request.h);
@@ -383,7 +417,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   }
   w.momentum = w.kick + 0.5 * h * w.load;
   w.nu = half;
-  if (!w.solve_second(model, options_.tolerance, report.iterations))
+  if (!w.solve_rebound(model, x, options_.tolerance, report.iterations))
     return inexact("second", w.second.residuals);
   if (w.second.solver == "friction-chain" || w.second.solver == "ipopt") report.solver = w.second.solver;
 

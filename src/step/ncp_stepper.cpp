@@ -5,6 +5,7 @@
 
 #include "perp/core/errors.hpp"
 #include "step/certificate.hpp"
+#include "step/impact_in_step.hpp"
 #include "step/implicit_step.hpp"
 #include "step/least_reactions.hpp"
 #include "step/step_gain.hpp"
@@ -167,7 +168,9 @@ struct NcpStepper::Workspace {
   StruckBodies struck;
   std::vector<Reaction> closed;     // what an impact finds
   std::vector<std::size_t> source;  // of each, in step.all
-  std::vector<RelativeVelocity> velocities;
+  std::vector<RelativeVelocity> velocities, rebounding;
+  std::vector<std::pair<double, double>> restitution;  // of each: e and u_n before
+  EnergyBefore energy;
   Vector nu, gained, before, load, momentum;
   StepAnswer answer;
   Certificate certificate;
@@ -232,6 +235,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     w.closed.clear();
     w.source.clear();
     w.velocities.clear();
+    w.restitution.clear();
     for (std::size_t i = 0; i < w.step.all.size(); ++i) {
       const Reaction& r = w.step.all[i];
       const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
@@ -240,10 +244,10 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
           before != nullptr && touches(*before, h, e.speed) && !separates(*before, x, w.gained, e.speed);
       if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0 || touched))) continue;
       Vector3 bias = Vector3::Zero();
+      std::pair<double, double> restitution;
       if (c != nullptr) {
         bias = options_.directions == Directions::End || before == nullptr ? c->bias : before->bias;
-        const double approach = before == nullptr ? 0 : std::min(before->velocity(x.nu).x(), 0.0);
-        bias.x() += c->e * approach;
+        restitution = {c->e, before == nullptr ? 0 : before->velocity(x.nu).x()};
       } else if (r.of == Reaction::Of::JointRow) {
         bias.x() = w.end.joint_rows[at(r.source)].psi_b_t;
       } else {
@@ -252,6 +256,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
       w.closed.push_back(r);
       w.source.push_back(i);
       w.velocities.push_back({r.W, bias});
+      w.restitution.push_back(restitution);
     }
     // the others keep the velocities that they have
     w.before = nu;
@@ -264,12 +269,25 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     }
     multiply_mass(model, w.end, w.before, w.momentum);
     w.momentum += w.load;
-    VelocityLevel level(model, w.end, w.momentum, w.velocities);
-    w.newton.solve(model, w.end, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
-    report.iterations += w.rebound.iterations;
-    if (!w.rebound.converged)
-      return fail(StepStatus::Inexact,
-                  "the rebound's residual is " + shortest(w.rebound.residuals.largest()) + " m/s");
+    Vector free;
+    solve_mass(model, w.end, w.momentum, free);
+    w.energy.set(model, w.end, w.before, free, [&](std::size_t body) { return w.struck[body]; });
+    const Vector guess = nu;
+    const std::vector<Reaction> closed = w.closed;
+    for (const Rebound law : rebounds) {
+      nu = guess;
+      w.closed = closed;
+      w.rebounding = w.velocities;
+      for (std::size_t k = 0; k < closed.size(); ++k)
+        w.rebounding[k].bias.x() += restitution_term(law, w.restitution[k].first, w.restitution[k].second);
+      VelocityLevel level(model, w.end, w.momentum, w.rebounding);
+      w.newton.solve(model, w.end, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
+      report.iterations += w.rebound.iterations;
+      if (!w.rebound.converged)
+        return fail(StepStatus::Inexact,
+                    "the rebound's residual is " + shortest(w.rebound.residuals.largest()) + " m/s");
+      if (!w.energy.exceeded(model, w.end, nu)) break;
+    }
     for (std::size_t k = 0; k < w.closed.size(); ++k) w.step.all[w.source[k]] = w.closed[k];
   }
 

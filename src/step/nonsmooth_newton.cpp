@@ -16,8 +16,8 @@ constexpr int maps = 3, patience = 6;  // iterations without half the residual b
 
 /// F = p - projection(p - rho u/w) and P. A contact that touches without a load, z_n within `rounding` [m/s] of zero, counts as
 /// closed in P: so a stack that begins to carry closes all of its joints at once, not one in an iteration.
-void alart_curnier(const Reaction& r, double rounding, LinearizedReaction& row) {
-  const Vector3 z = r.p - row.rho / r.w * r.u;
+void alart_curnier(const Reaction& r, const Vector3& u, double rounding, LinearizedReaction& row) {
+  const Vector3 z = r.p - row.rho / r.w * u;
   Vector3 projected;
   if (r.law == Law::Equality) {
     projected = {z.x(), 0, 0};
@@ -142,16 +142,17 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     const Reaction& r = reactions[i];
     LinearizedReaction& row = rows_[i];
     row.rho = 1;
-    alart_curnier(r, rounding, row);
+    const Vector3 u = r.u + give(r, i);
+    alart_curnier(r, u, rounding, row);
     const Vector3 miss = r.w * row.F.cwiseAbs();
     Island& island = islands_[island_number(r)];
     if (island.map > 0 && r.law != Law::Equality) {
       row.rho = steps_rho[island.map];
-      alart_curnier(r, rounding, row);
+      alart_curnier(r, u, rounding, row);
     }
     StepResiduals& e = island.residuals;
     if (r.law == Law::Equality)
-      e.joints = std::max(e.joints, std::abs(r.u.x()));
+      e.joints = std::max(e.joints, std::abs(u.x()));
     else
       e.normal = std::max(e.normal, miss.x());
     e.tangential = std::max({e.tangential, miss.y(), miss.z()});
@@ -203,6 +204,7 @@ void NonsmoothNewton::regularise(const std::vector<Reaction>& reactions) {
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const StepResiduals& e = islands_[island_number(reactions[i])].residuals;
     rows_[i].eps = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
+    if (gives_) rows_[i].eps = std::max(rows_[i].eps, rows_[i].rho * give_[i] / reactions[i].w);
   }
 }
 
@@ -343,14 +345,19 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   problem.differentiate(reactions, K_);
   find_islands(model, reactions);
   if (!judge(model, options, nu, reactions, outcome)) return;
-  if (newton(model, problem, options, nu, reactions, outcome)) return;
+  if (newton(model, problem, options, nu, reactions, outcome)) {
+    // a guess that stands is the last step's answer, which kept to the rule
+    if (outcome.iterations > 0) take_even_share(model, problem, options, nu, reactions, outcome);
+    return;
+  }
 
   for (const bool ipopt : {false, true}) {
     if (ipopt && !has_ipopt()) return;
     nu = start;
     for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = start_p[i];
     if (!evaluate(model, problem, options, nu, reactions, outcome)) return;
-    if (josephy_newton(model, problem, options, ipopt, nu, reactions, outcome)) return;
+    if (josephy_newton(model, problem, options, ipopt, nu, reactions, outcome))
+      return take_even_share(model, problem, options, nu, reactions, outcome);
   }
 }
 

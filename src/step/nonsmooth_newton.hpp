@@ -81,6 +81,18 @@ class NonsmoothNewton {
                       Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   int root(int body);
 
+  // Redundant reactions: even_sharing.cpp
+  Vector3 give(const Reaction& r, std::size_t i) const;
+  bool may_be_redundant(const Model& model, const std::vector<Reaction>& reactions);
+  void set_give(const Model& model, const std::vector<Reaction>& reactions);
+  void take_even_share(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+                       std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool even_step(const Model& model, std::vector<Reaction>& reactions, double& largest);
+  bool solve_afresh(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+                    std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool soften(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+              std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+
   const Instant* instant_ = nullptr;  // of the solve in hand
   Vector R_, nu_, nu_best_;           // R_ of (1) with sum W p taken off
   std::vector<Vector3> p_, p_best_;
@@ -90,6 +102,10 @@ class NonsmoothNewton {
   std::vector<Island> islands_;
   std::vector<char> improved_;        // islands that a pass is about
   std::vector<int> parent_, island_;  // of bodies
+  bool gives_ = false;                // rows give now: u + eps c (p - reference) in the place of u
+  std::vector<double> give_;          // eps c of each reaction [1/kg]
+  std::vector<Vector3> reference_, dp_;
+  Vector dnu_;
 };
 
 /// A joint row's W as one column of three.

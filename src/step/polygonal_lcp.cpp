@@ -92,6 +92,40 @@ void PolygonalLcp::read_impulses(const Vector& z, Vector& r) const {
   }
 }
 
+void PolygonalLcp::read_solution(const Vector& r, const Vector& u, Vector& z) const {
+  const int n = static_cast<int>(columns_.size());
+  z.setZero(n + static_cast<int>(groups_.size()));
+  for (int j = 0, end; j < n; j = end) {
+    const int group = columns_[at(j)].group;
+    end = j + 1;
+    if (group < 0) {
+      z[j] = r[columns_[at(j)].row] / columns_[at(j)].scale;
+      continue;
+    }
+    while (end < n && columns_[at(end)].group == group) ++end;
+    double sigma = 0, inside = -infinity;
+    for (int i = j; i < end; ++i) {
+      const Column &d = columns_[at(i)], &e = columns_[at(i + 1 < end ? i + 1 : j)];
+      if (d.rows == 1) {
+        z[i] = std::max(0.0, d.c0 * r[d.row]) / d.scale;
+        sigma = std::max(sigma, -d.c0 * u[d.row]);
+        continue;
+      }
+      sigma = std::max(sigma, -(d.c0 * u[d.row] + d.c1 * u[d.row + 1]));
+      // r = a d + b e: both are positive, but for rounding, for the vertices that it lies between
+      const double across = d.c0 * e.c1 - d.c1 * e.c0;
+      const double a = (r[d.row] * e.c1 - r[d.row + 1] * e.c0) / across;
+      const double b = (d.c0 * r[d.row + 1] - d.c1 * r[d.row]) / across;
+      if (!(std::min(a, b) > inside)) continue;
+      inside = std::min(a, b);
+      z.segment(j, end - j).setZero();
+      z[i] = std::max(0.0, a) / d.scale;
+      z[i + 1 < end ? i + 1 : j] = std::max(0.0, b) / e.scale;
+    }
+    z[n + group] = sigma / groups_[at(group)].scale;
+  }
+}
+
 double PolygonalLcp::friction_residual(const Vector& z, const Vector& u) const {
   const int n = static_cast<int>(columns_.size());
   double worst = 0;

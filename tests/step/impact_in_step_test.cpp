@@ -6,6 +6,7 @@
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/methods.hpp"
 #include "perp/step/ncp_stepper.hpp"
+#include "perp/step/simulate.hpp"
 #include "tests/instant/random_systems.hpp"
 
 using namespace perp;
@@ -195,4 +196,29 @@ TEST_CASE("the seed's own rows spread an impact over two steps", "[impact][step]
         Approx(-0.25).epsilon(2e-3));  // psi+ = 0: a quarter of the way in h
   CHECK(s.contacts[0].velocity(y.nu).x() == Approx(0).margin(1e-3));
   CHECK((x.q - y.q).norm() < 1e-15);
+}
+
+TEST_CASE("several impacts in one step never add energy, and come one after the other as steps get small",
+          "[impact]") {
+  const std::string method = GENERATE("lcp", "ncp", "ncp2");
+  CAPTURE(method);
+  Model model;
+  model.set_gravity(Vector3::Zero());
+  std::vector<BodyId> balls;
+  for (const double x : {0.0, 1.02, 2.021, 3.022, 4.023})
+    balls.push_back(model.add_body(Inertia::solid_sphere(1, 0.5), {.pose = {.p = {x, 0, 0}}}));
+  for (std::size_t i = 0; i < 4; ++i)
+    model.add_contact(balls[i], balls[i + 1], sphere_on_sphere(0.5, 0.5), {.e = 1});
+  const auto stepper = make_stepper(method);
+  for (const double h : {1e-2, 4e-3, 2.3e-3, 1e-3, 7e-4, 4e-4, 1e-4, 1e-5}) {
+    CAPTURE(h);
+    State x = model.rest();
+    model.set_velocity(x, balls[0], {5, 0, 0});
+    const Trajectory run = simulate(model, *stepper, x, {.t_end = 0.02, .h = h});
+    for (std::size_t i = 0; i < run.steps(); ++i) CHECK(run.figures(i).energy <= 12.5 * (1 + 1e-11));
+    CHECK(model.momentum(run.back()).linear.x() == Approx(5).epsilon(1e-11));
+    if (h > 1e-4) continue;
+    for (std::size_t i = 0; i < 5; ++i)
+      CHECK(model.velocity(run.back(), balls[i]).x() == Approx(i == 4 ? 5 : 0).margin(1e-9));
+  }
 }

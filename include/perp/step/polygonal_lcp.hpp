@@ -41,7 +41,11 @@ class PolygonalLcp {
   /// Whether contact i of the island slips at z: its sliding speed sigma is above rounding.
   bool slips(int i, const Vector& z, double speed_scale) const;
 
+  /// The solution z whose impulses are r, at the velocities u of them; r is taken to satisfy (36)-(38).
+  void read_solution(const Vector& r, const Vector& u, Vector& z) const;
+
  private:
+  friend class PolygonalSharing;
   /// One entry of z that is an impulse: up to two rows of r that it adds to.
   struct Column {
     int row = 0, rows = 1;
