@@ -68,8 +68,10 @@ struct Polygon {
   std::array<Point, 8> corner;
   std::size_t size = 0;
 
-  /// Keeps sign x[axis] <= limit.
+  /// Keeps sign x[axis] <= limit. A corner nearer to the line than a share of 1e-9 is on it: edges that lie in line, as of boxes
+  /// stacked, stay so whatever the rounding, and corners do not come and go.
   void clip(int axis, double sign, double limit) {
+    const double near = 1e-9 * limit;
     std::array<Point, 8> kept;
     std::size_t count = 0;
     const auto add = [&](const Point& x) {
@@ -78,8 +80,8 @@ struct Polygon {
     for (std::size_t i = 0; i < size; ++i) {
       const Point &p = corner[i], &q = corner[(i + 1) % size];
       const S dp = sign * p[axis] - limit, dq = sign * q[axis] - limit;
-      if (dp <= 0) add(p);
-      if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) {
+      if (dp <= near) add(p);
+      if ((dp < -near && dq > near) || (dp > near && dq < -near)) {
         const S part = dp / (dp - dq);
         Point x;
         for (int k = 0; k < 2; ++k) x[k] = p[k] + part * (q[k] - p[k]);

@@ -14,6 +14,8 @@ namespace {
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
+constexpr double rounding = 1e-8;  // of what adds up to an acceleration: less is zero [-]
+
 /// The friction problem as an LCP in z = (c_n and polygon coordinates and sigma of each block): the instantaneous form of (39).
 class PolygonalForm {
  public:
@@ -182,32 +184,48 @@ AccelerationAnswer AccelerationProblem::read(const Model& model, const Vector& c
     Vector3 a = contact.velocity(answer.nu_dot);
     a.tail(2 - contact.tangents).setZero();
     answer.acceleration.push_back(a);
+    answer.small.push_back(1e-13 * reduced_.W.row(row).cwiseAbs().dot(r.cwiseAbs().transpose()));
   }
   const auto frictions = static_cast<Eigen::Index>(island_.joint_frictions.size());
   answer.joint_force = r.tail(frictions);
   answer.joint_acceleration = u.tail(frictions);
+  answer.joint_small.resize(frictions);
+  for (Eigen::Index i = 0; i < frictions; ++i) {  // what adds up to it, in its own unit
+    const Eigen::Index row = reduced_.size() - frictions + i;
+    answer.joint_small[i] = rounding * (std::abs(reduced_.q[row]) +
+                                        reduced_.W.row(row).cwiseAbs().dot(r.cwiseAbs().transpose())) +
+                            10 * compliance * reduced_.W(row, row) * std::abs(r[row]);
+  }
   return answer;
+}
+
+double AccelerationProblem::choices() const {
+  double all = 1;
+  for (Eigen::Index i = 0; i < problem.blocks(); ++i)
+    all *= problem.kind(i) == BlockKind::HalfLine ? 2 : problem.kind(i) == BlockKind::Planar ? 4 : 3;
+  const bool cones = std::any_of(problem.kinds.begin(), problem.kinds.end(),
+                                 [](BlockKind k) { return k == BlockKind::Cone; });
+  return cones ? infinity : all;
 }
 
 /// All forces c that some choice of modes allows, those with the same velocities once. Blocks: a half line is open or closed; planar
 /// friction is open, sticks, slips either way; an interval holds or yields either way.
-std::vector<Vector> AccelerationProblem::enumerate(bool& complete) const {
+std::vector<Vector> AccelerationProblem::enumerate() const {
   const Matrix& W = problem.W.dense();
   const Eigen::Index n = problem.rows();
   const std::vector<Eigen::Index> rows = problem.offsets();
-  double choices = 1;
-  for (Eigen::Index i = 0; i < problem.blocks(); ++i)
-    choices *= problem.kind(i) == BlockKind::HalfLine ? 2 : problem.kind(i) == BlockKind::Planar ? 4 : 3;
-  complete = choices <= 4096 && std::none_of(problem.kinds.begin(), problem.kinds.end(),
-                                             [](BlockKind k) { return k == BlockKind::Cone; });
   std::vector<Vector> found;
-  if (!complete) return found;
 
   // c = P y + c0 in the modes of `choice`, with the rows `zero` of u' zero
   const double a_scale =
       std::max(acceleration_scale, problem.q.size() > 0 ? problem.q.cwiseAbs().maxCoeff() : 0.0);
-  const double small = 1e-9 * a_scale;
-  for (int choice = 0; choice < static_cast<int>(choices); ++choice) {
+  const auto small_of =
+      [&](const Vector& c) -> Vector {  // with what rounding leaves where large parts cancel
+    return (1e-13 * W.cwiseAbs() * c.cwiseAbs()).array() + 1e-9 * a_scale;
+  };
+  const Vector scale = W.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt();  // compares forces with moments
+  const int count = static_cast<int>(choices());
+  for (int choice = 0; choice < count; ++choice) {
     Matrix P = Matrix::Zero(n, n);
     Vector c0 = Vector::Zero(n);
     std::vector<Eigen::Index> zero;
@@ -216,9 +234,9 @@ std::vector<Vector> AccelerationProblem::enumerate(bool& complete) const {
     for (Eigen::Index i = 0; i < problem.blocks(); ++i) {
       const Eigen::Index row = rows[at(i)];
       const BlockKind kind = problem.kind(i);
-      const int count = kind == BlockKind::HalfLine ? 2 : kind == BlockKind::Planar ? 4 : 3;
-      const int m = mode[at(i)] = rest % count;  // 0 open or holds, 1 closed, 2 and 3 slips
-      rest /= count;
+      const int kinds = kind == BlockKind::HalfLine ? 2 : kind == BlockKind::Planar ? 4 : 3;
+      const int m = mode[at(i)] = rest % kinds;  // 0 open or holds, 1 closed, 2 and 3 slips
+      rest /= kinds;
       if (kind == BlockKind::Interval) {
         if (m == 0) {
           P(row, static_cast<Eigen::Index>(zero.size())) = 1;
@@ -246,16 +264,19 @@ std::vector<Vector> AccelerationProblem::enumerate(bool& complete) const {
       Eigen::CompleteOrthogonalDecomposition<Matrix> qr(A);
       qr.setThreshold(1e-12);
       const Vector y = qr.solve(b);
-      if (!y.allFinite() || (A * y - b).cwiseAbs().maxCoeff() > small) continue;
+      if (!y.allFinite()) continue;
       c += P.leftCols(k) * y;
+      if (((A * y - b).cwiseAbs() - small_of(c)(zero)).maxCoeff() > 0) continue;
     }
-    const Vector u = W * c + problem.q;
+    const Vector u = W * c + problem.q, small_u = small_of(c);
     bool fits = true;
     for (Eigen::Index i = 0; i < problem.blocks() && fits; ++i) {
       const Eigen::Index row = rows[at(i)];
       const int m = mode[at(i)];
       const double weight = std::max(W.row(row).cwiseAbs().maxCoeff(), 1e-300);
-      const double small_force = small / weight;
+      const double small = small_u[row];
+      const double small_force =
+          small / weight + 1e-11 * (scale.cwiseProduct(c)).cwiseAbs().maxCoeff() / scale[row];
       if (problem.kind(i) == BlockKind::Interval) {
         fits =
             m == 0 ? std::abs(c[row]) <= problem.mu[i] + small_force : (m == 1 ? u[row] : -u[row]) >= -small;
@@ -264,14 +285,30 @@ std::vector<Vector> AccelerationProblem::enumerate(bool& complete) const {
       fits = u[row] >= -small && c[row] >= -small_force;
       if (problem.kind(i) != BlockKind::Planar || m == 0 || !fits) continue;
       fits = m == 1 ? std::abs(c[row + 1]) <= problem.mu[i] * c[row] + small_force
-                    : (m == 2 ? u[row + 1] : -u[row + 1]) >= -small;
+                    : (m == 2 ? u[row + 1] : -u[row + 1]) >= -small_u[row + 1];
     }
     const bool known = std::any_of(found.begin(), found.end(), [&](const Vector& other) {
-      return (W * (other - c)).cwiseAbs().maxCoeff() <= 1e-7 * a_scale;
+      return (W * (other - c)).cwiseAbs().maxCoeff() <=
+             1e-7 * a_scale + 100 * (small_u.maxCoeff() - 1e-9 * a_scale);
     });
     if (fits && !known) found.push_back(c);
   }
   return found;
+}
+
+AccelerationAnswer AccelerationProblem::any_solution(const Model& model) const {
+  AccelerationAnswer answer;
+  if (problem.rows() == 0) {
+    answer = read(model, Vector());
+    answer.residual = 0;
+  } else {
+    const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
+    if (!s.solved()) return answer;
+    answer = read(model, s.r);
+    answer.residual = s.residual;
+  }
+  answer.status = Cp1Status::Unique;
+  return answer;
 }
 
 AccelerationAnswer AccelerationProblem::solve(const Model& model, const Cp1Options& options) const {
@@ -282,8 +319,9 @@ AccelerationAnswer AccelerationProblem::solve(const Model& model, const Cp1Optio
     answer.residual = 0;
     return answer;
   }
-  bool complete = false;
-  const std::vector<Vector> all = enumerate(complete);
+  bool complete = choices() <= most_choices;
+  std::vector<Vector> all;
+  if (complete) all = enumerate();
   Vector c;
   double residual = not_set;
   bool solved = false;
@@ -296,6 +334,10 @@ AccelerationAnswer AccelerationProblem::solve(const Model& model, const Cp1Optio
     const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
     solved = s.solved();
     if (solved) c = s.r, residual = s.residual;
+  }
+  if (!solved && !complete && choices() <= all_choices) {
+    complete = true;
+    all = enumerate();
   }
   AccelerationAnswer answer;
   answer.complete = complete;

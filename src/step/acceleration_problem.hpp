@@ -19,11 +19,16 @@ struct AccelerationAnswer {
   Vector nu_dot;                      ///< (nv)
   std::vector<Vector3> force;         ///< of each closed contact, along n, t, o [N]
   std::vector<Vector3> acceleration;  ///< relative, along n, t, o [m/s^2]
-  Vector joint_force;                 ///< of each joint friction [N, N m]
-  Vector joint_acceleration;          ///< of each joint friction [m/s^2, rad/s^2]
-  Vector reactions;                   ///< of each joint row
-  double residual = not_set;          ///< of the friction problem or the LCP, relative [-]
+  std::vector<double> small;  ///< of each closed contact: what rounding leaves of an acceleration [m/s^2]
+  Vector joint_force;         ///< of each joint friction [N, N m]
+  Vector joint_acceleration;  ///< of each joint friction [m/s^2, rad/s^2]
+  Vector
+      joint_small;  ///< below it the acceleration of a joint friction is zero but for rounding and compliance
+  Vector reactions;           ///< of each joint row
+  double residual = not_set;  ///< of the friction problem or the LCP, relative [-]
 };
+
+constexpr double slight_give = 1e-7;  ///< compliance that picks forces where rows repeat each other [-]
 
 /// u' = W c + q over the rows that are free to choose: n of every closed contact, t and o of those that stick, the frictions of
 /// joints that stick. Sliding friction is eliminated: (17) makes it -mu c_n u_f/|u_f|, a part of the column of c_n, and (18)
@@ -34,6 +39,9 @@ class AccelerationProblem {
 
   [[nodiscard]] AccelerationAnswer solve(const Model& model, const Cp1Options& options) const;
 
+  /// One of them, if there are several; without looking whether there are.
+  [[nodiscard]] AccelerationAnswer any_solution(const Model& model) const;
+
   /// The answer for forces c along the rows.
   [[nodiscard]] AccelerationAnswer read(const Model& model, const Vector& c) const;
 
@@ -41,12 +49,17 @@ class AccelerationProblem {
   /// its bodies by [-]: among forces that redundant rows leave open, a small one picks those of least norm, as ModeDynamics does.
   double compliance = 0;
 
+  /// All modes are looked through where they are this many at most [-]; more, to 4096, only if the solver finds no answer.
+  double most_choices = all_choices;
+  static constexpr double all_choices = 4096;
+
   FrictionProblem problem;         ///< local form
   double acceleration_scale = 0;   ///< of q, before joints and contacts act [m/s^2]
   std::vector<int> contact_index;  ///< of each closed contact in Instant::contacts
 
  private:
-  [[nodiscard]] std::vector<Vector> enumerate(bool& complete) const;
+  [[nodiscard]] std::vector<Vector> enumerate() const;
+  double choices() const;  // of modes; infinite with circular cones
 
   Instant accelerations_;  // the instant with biases of accelerations in place of explicit velocities
   AccelerationBiases biases_;

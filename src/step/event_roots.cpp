@@ -97,7 +97,7 @@ void EventRun::read_roots(EventSample& s) {
   s.g_rate.setZero(n);
   s.normal.assign(roots_.size(), Vector3::Zero());
   std::size_t closed = 0;  // modes and roots are both in the order of points
-  bool pulls = false;
+  bool pulls = false, slider_pulls = false;
   for (Eigen::Index i = 0; i < n; ++i) {
     const Root& root = roots_[at(i)];
     const bool contact = root.kind != Root::JointRests && root.kind != Root::JointSlips;
@@ -132,11 +132,11 @@ void EventRun::read_roots(EventSample& s) {
         s.g[i] = instant.joint_frictions[at(root.index)].friction - std::abs(s.joint_force[root.index]);
         break;
     }
-    pulls = pulls || (root.of_force() && s.g[i] < -root.small);
+    if (!root.of_force() || !(s.g[i] < -root.small)) continue;
+    pulls = true;
+    slider_pulls = slider_pulls || (root.kind == Root::Lift && modes_.contacts[closed].slides);
   }
-  const bool slides = std::any_of(modes_.contacts.begin(), modes_.contacts.end(),
-                                  [](const ClosedContact& c) { return c.slides; });
-  if (!pulls || slides || dynamics_.basis().size() == 0 || !forces_are_feasible(s)) return;
+  if (!pulls || slider_pulls || dynamics_.basis().size() == 0 || !forces_are_feasible(s)) return;
   for (Eigen::Index i = 0; i < n; ++i) {
     if (roots_[at(i)].of_force()) s.g[i] = std::max(s.g[i], feasible * roots_[at(i)].small);
   }
@@ -156,10 +156,11 @@ bool EventRun::forces_are_feasible(const EventSample& s) {
   Modes modes = modes_;
   for (std::size_t i = 0; i < modes.contacts.size(); ++i)
     if (modes.contacts[i].slides) modes.contacts[i].direction = dynamics_.sliding_direction(s.x, i);
+  problem.compliance = slight_give;
   problem.assemble(model_, s.x, instant, modes);
-  const AccelerationAnswer answer = problem.solve(model_, {});
+  const AccelerationAnswer answer = problem.any_solution(model_);
   if (answer.status == Cp1Status::None) return false;
-  const double small = 1e-7 * problem.acceleration_scale;
+  const double small = 1e-6 * problem.acceleration_scale;
   bool holds = true;
   for (std::size_t i = 0; i < modes.contacts.size(); ++i) {
     const bool rests = !modes.contacts[i].slides;
@@ -168,7 +169,8 @@ bool EventRun::forces_are_feasible(const EventSample& s) {
   }
   for (std::size_t i = 0; i < modes.joints.size(); ++i)
     if (modes.joints[i] == 0)
-      holds = holds && std::abs(answer.joint_acceleration[static_cast<Eigen::Index>(i)]) <= small;
+      holds = holds && std::abs(answer.joint_acceleration[static_cast<Eigen::Index>(i)]) <=
+                           answer.joint_small[static_cast<Eigen::Index>(i)];
   return holds;
 }
 

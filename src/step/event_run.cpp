@@ -95,7 +95,9 @@ bool EventRun::begin() {
   for (const JointRowInstant& row : instant_.joint_rows)
     joint_rate = std::max(joint_rate, std::abs(row.velocity(now_.x.nu)));
   if (joint_rate > scales_.small_speed() && !jump(false))
-    return false;  // a joint that is jerked at the start
+    return fail(StepStatus::NotSolved,
+                "a joint is jerked at the start, and no velocities were found that joints, motions and "
+                "contacts allow");
   modes_.joints.assign(model_.joints().size(), 0);
   modes_.joints.resize(instant_.joint_frictions.size());
   const std::size_t events = out_.events.size();
@@ -158,6 +160,10 @@ bool EventRun::advance(double t_stop) {
   if (!end.q.allFinite() || !end.nu.allFinite())
     return fail(StepStatus::NotFinite, "the integrator's answer is not finite");
   if (end.t < t_stop) natural_step_ = end.t - now_.x.t;
+  constexpr int most_short = 300;  // steps that shrink towards the end of a slide are some thirty
+  const bool is_short = std::isfinite(time_scale) && end.t < t_stop && end.t - now_.x.t < 1e-7 * time_scale;
+  short_steps_ = is_short ? short_steps_ + 1 : 0;
+  if (short_steps_ > most_short) return carry_across(t_stop, "steps have become too short to get anywhere");
 
   EventSample to = sample(end);
   if (to.nu_dot.size() == 0 && model_.nv() > 0) return carry_across(t_stop, "forces are not finite");
@@ -250,8 +256,11 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
       return fail(StepStatus::NotFinite, fault);
     if (!std::isfinite(dynamics_.project(x))) return fail(StepStatus::NotFinite, "the state is not finite");
     perp::evaluate(model_, x, instant_);
-    constexpr double slight = 1e-7;
-    problem_.compliance = dynamics_.basis().size() > 0 ? slight : 0;
+    problem_.compliance = dynamics_.basis().size() > 0 ? slight_give : 0;
+    // without sliding friction matrices are symmetric and answers that are several a rarity not worth much time
+    const bool slides = std::any_of(closed.contacts.begin(), closed.contacts.end(),
+                                    [](const ClosedContact& c) { return c.slides; });
+    problem_.most_choices = slides ? AccelerationProblem::all_choices : 256;
     problem_.assemble(model_, x, instant_, closed);
     AccelerationAnswer answer = problem_.solve(model_, {});
     if (answer.status == Cp1Status::None && problem_.compliance > 0) {
@@ -298,12 +307,13 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
 
 void EventRun::take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
                           const std::vector<Root>& triggers) {
-  const double small = (problem_.compliance > 0 ? 1e-6 : 1e-8) * problem_.acceleration_scale;
+  const double share = (problem_.compliance > 0 ? 1e-6 : 1e-8) * problem_.acceleration_scale;
   modes_.contacts.clear();
   for (std::size_t i = 0; i < closed.contacts.size(); ++i) {
     ClosedContact contact = closed.contacts[i];
     const ContactInstant& c = instant.contacts[at(problem_.contact_index[i])];
     const Vector3 f = answer.force[i], a = answer.acceleration[i];
+    const double small = share + answer.small[i];
     if (a.x() > small) continue;
     // redundant contacts that the others leave without a force stay out: their least forces would pull
     const bool may_be_idle = triggered(triggers, Root::Lift, contact.point) || problem_.compliance > 0;
@@ -325,9 +335,11 @@ void EventRun::take_modes(const Modes& closed, const Instant& instant, const Acc
     if (closed.joints[i] != 0) continue;
     const double a = answer.joint_acceleration[static_cast<Eigen::Index>(i)];
     const double f = answer.joint_force[static_cast<Eigen::Index>(i)];
-    if (std::abs(a) > small)
+    const double most = instant.joint_frictions[i].friction;
+    if (std::abs(a) > answer.joint_small[static_cast<Eigen::Index>(i)])
       modes_.joints[i] = a > 0 ? 1 : -1;
-    else if (triggered(triggers, Root::JointSlips, static_cast<int>(i)) && f != 0)
+    else if (triggered(triggers, Root::JointSlips, static_cast<int>(i)) && std::abs(f) >= most * (1 - 1e-6) &&
+             f != 0)
       modes_.joints[i] = f > 0 ? -1 : 1;
   }
 }
@@ -416,6 +428,7 @@ bool EventRun::carry_across(double t_stop, const std::string& why) {
   event_times_.clear();
   restart_ = true;
   natural_step_ = 0;
+  short_steps_ = 0;
   if (!settle({})) return false;
   log(EventKind::Zeno, "", ContactMode::Open, ContactMode::Open);
   log_changes(before, {});

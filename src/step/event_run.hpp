@@ -127,7 +127,7 @@ class EventRun {
   EventSample now_;
   bool restart_ = true;
   double natural_step_ = 0;  // of the integrator, where nothing cut it short
-  int carried_ = 0;
+  int carried_ = 0, short_steps_ = 0;
   long evaluations_before_ = 0, feasibility_tests_ = 0;
 
   std::vector<ContactRow> jump_rows_;  // of the event in hand

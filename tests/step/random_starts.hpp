@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "perp/model/gaps.hpp"
 #include "perp/model/model.hpp"
@@ -140,6 +141,111 @@ inline Start ellipsoid_start(Draw& draw) {
   s.model.set_position(s.x, b, {0, 0, 0.2 + draw(0, 0.2)});
   const Vector3 v = draw.vector(2);
   s.model.set_velocity(s.x, b, v, draw.vector(8));
+  return s;
+}
+
+/// A chain of 3 to 12 links that falls on the floor, tips that touch without restitution.
+inline Start chain_start(Draw& draw) {
+  Start s;
+  s.model.set_gravity({0, -9.81, 0});
+  const int links = 3 + static_cast<int>(draw(0, 10));
+  const double half = 0.075, mu = draw(0, 0.8);
+  std::vector<double> angle;
+  for (int i = 0; i < links; ++i) angle.push_back(draw(-0.6, 0.6));
+  std::vector<Vector3> end{Vector3::Zero()};
+  double lowest = 0;
+  for (const double a : angle) {
+    end.push_back(end.back() + 2 * half * Vector3(std::cos(a), std::sin(a), 0));
+    lowest = std::min(lowest, end.back().y());
+  }
+  const double raise = draw(0.02, 0.3) - lowest;
+  for (int i = 0; i < links; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vector3 centre = 0.5 * (end[k] + end[k + 1]) + Vector3(0, raise, 0);
+    const BodyId link =
+        s.model.add_planar_body(0.1, 0.1 * half * half / 3, {.pose = {centre, rotation({0, 0, angle[k]})}});
+    s.model.add_contact(ground, link, point_on_plane({half, 0, 0}, horizontal_line), {.mu = mu});
+    if (i == 0)
+      s.model.add_contact(ground, link, point_on_plane({-half, 0, 0}, horizontal_line), {.mu = mu});
+    else
+      s.model.add_joint(revolute({link.index - 1}, link, {.point = end[k] + Vector3(0, raise, 0)}));
+  }
+  s.x = s.model.rest();
+  return s;
+}
+
+/// A frame on two to six wheels whose brakes hold or slip, on a slope, at rest or rolling.
+inline Start braked_cart_start(Draw& draw) {
+  Start s;
+  const double slope = draw(0, 0.5), r = 0.1, speed = draw.coin() ? 0 : draw(-2, 2), mu = draw(0.1, 1.2);
+  s.model.set_gravity(9.81 * Vector3(std::sin(slope), -std::cos(slope), 0));
+  const int wheels = 2 + static_cast<int>(draw(0, 5));
+  const BodyId frame = s.model.add_planar_body(draw(1, 5), 0.1, {.pose = {{0, r, 0}}});
+  std::vector<BodyId> wheel;
+  for (int i = 0; i < wheels; ++i) {
+    const Vector3 hub(0.6 * i / (wheels - 1) - 0.3, r, 0);
+    wheel.push_back(s.model.add_planar_body(0.5, 0.0025, {.pose = {hub}}));
+    s.model.add_joint(revolute(frame, wheel.back(), {.point = hub, .friction = draw(0, 1)}));
+    s.model.add_contact(ground, wheel.back(), disc_on_line(r, horizontal_line), {.mu = mu});
+  }
+  s.x = s.model.rest();
+  s.model.set_velocity(s.x, frame, {speed, 0, 0});
+  for (const BodyId w : wheel) s.model.set_velocity(s.x, w, {speed, 0, 0}, {0, 0, -speed / r});
+  return s;
+}
+
+/// A coin that rolls on its edge and spins, not yet near to lying flat.
+inline Start coin_start(Draw& draw) {
+  Start s;
+  const double r = 0.012, tilt = draw(0.3, 1.2);
+  const BodyId b = s.model.add_body(Inertia::solid_cylinder(0.008, r, 0.002));
+  s.model.add_contact(ground, b, disc_on_plane(r), {.mu = draw(0.05, 0.6)});
+  s.x = s.model.rest();
+  s.model.set_orientation(s.x, b, rotation({0, tilt, 0}));
+  s.model.set_position(s.x, b, {0, 0, r * std::sin(tilt) + (draw.coin() ? 0 : draw(0, 0.005))});
+  s.model.set_velocity(s.x, b, {0, 0, 0}, {draw(-3, 3), 0, draw(30, 60)});
+  return s;
+}
+
+/// Three boxes on each other, in line or not, the lowest or the highest of which may be pushed.
+inline Start stack_start(Draw& draw) {
+  Start s;
+  const ContactOptions contact{.mu = draw(0, 1)};
+  const bool aligned = draw.coin();
+  std::vector<BodyId> box;
+  double z = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 size = aligned ? Vector3(0.2, 0.2, 0.1) : Vector3(draw(0.1, 0.2), draw(0.1, 0.2), 0.1);
+    box.push_back(s.model.add_body(Inertia::solid_box(draw(0.5, 2), size),
+                                   {.pose = {{aligned || i == 0 ? 0 : draw(-0.02, 0.02),
+                                              aligned || i == 0 ? 0 : draw(-0.02, 0.02), z + 0.05}}}));
+    if (i == 0)
+      s.model.add_contact(ground, box[0], box_on_plane(size), contact);
+    else
+      s.model.add_contact(box[static_cast<std::size_t>(i) - 1], box.back(), box_on_box({0.2, 0.2, 0.1}, size),
+                          contact);
+    z += 0.1;
+  }
+  s.x = s.model.rest();
+  if (draw.coin()) {
+    const BodyId pushed = box[draw.coin() ? 0 : 2];
+    s.model.set_velocity(s.x, pushed, {draw(-0.3, 0.3), 0, 0});
+  }
+  return s;
+}
+
+/// A rod that slides on its tip so that CP1's A falls to zero and below: Painleve's region, entered or begun in.
+inline Start painleve_start(Draw& draw) {
+  Start s;
+  s.model.set_gravity({0, -9.81, 0});
+  const BodyId b = s.model.add_planar_body(1, draw(0.2, 0.6) / 3);
+  const ContactOptions contact{.mu = draw(1, 3)};
+  for (const double end : {-1.0, 1.0})
+    s.model.add_contact(ground, b, point_on_plane({end, 0, 0}, horizontal_line), contact);
+  s.x = s.model.rest();
+  const double angle = draw(0.3, 1.5), rate = draw(-2, 2);
+  s.x.q << 0, std::sin(angle), angle;
+  s.x.nu << draw(-5, 5), rate * std::cos(angle), rate;
   return s;
 }
 
