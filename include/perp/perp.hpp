@@ -28,6 +28,7 @@
 #include "perp/model/joint.hpp"
 #include "perp/model/model.hpp"
 #include "perp/model/state.hpp"
+#include "perp/model/timing.hpp"
 
 #include "perp/instant/instant.hpp"
 

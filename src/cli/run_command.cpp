@@ -23,7 +23,7 @@ struct RunArguments {
   double h = not_set, until = not_set;
   bool step_given = false;
   int every = 1;
-  double tolerance = not_set;
+  double tolerance = not_set, look = not_set;
   std::string integrator, reactions = "any";
   bool assemble = false;
   MethodOptions method_options;
@@ -45,6 +45,11 @@ void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run
               gap, joint_error);
   if (run.evaluations > 0)
     std::printf("%zu events, %ld evaluations of the right-hand side\n", run.events.size(), run.evaluations);
+  if (run.unseen > 0)
+    std::printf("loads that do not say when they jump were looked at every %.2g s (--look)\n", run.unseen);
+  if (run.carried_error > 0)
+    std::printf("steps were carried across, which are first-order: off by about %.1e together\n",
+                run.carried_error);
   if (!scene.model.joints().empty()) {
     Instant start;
     evaluate(scene.model, run.front(), start);
@@ -71,6 +76,11 @@ std::unique_ptr<Stepper> stepper_of(const RunArguments& arguments) {
     if (arguments.method != "event")
       refuse("perp run", "--integrator", arguments.integrator, "needs the method event");
     options.integrator = integrator_named(arguments.integrator);
+  }
+  if (!std::isnan(arguments.look)) {
+    if (!chooses)
+      refuse("perp run", "--look", arguments.look, "needs a method that chooses its steps: event");
+    options.look = arguments.look;
   }
   if (arguments.reactions == "minimum-norm") {
     if (chooses)
@@ -125,6 +135,9 @@ void add_run_command(CLI::App& perp, int& status) {
   command
       ->add_option("--integrator", arguments->integrator, "of event: arkode, cvode-adams, cvode-bdf or ida")
       ->type_name("I");
+  command->add_option(
+      "--look", arguments->look,
+      "of event: longest time between two looks at loads that change with time [s]; T/4096 if not given");
   command->add_option("--until", arguments->until, "end time T [s]; the scene's own if not given");
   command->add_option("--out", arguments->folder, "folder for trajectory.csv, contacts.csv, report.csv")
       ->required();

@@ -333,6 +333,65 @@ bool Expression::constant() const {
   return std::all_of(steps_.begin(), steps_.end(), [](const Step& step) { return step.variable < 0; });
 }
 
+bool Expression::uses(std::size_t variable) const {
+  return std::any_of(steps_.begin(), steps_.end(), [&](const Step& s) {
+    return s.operation == nullptr && s.variable == static_cast<int>(variable);
+  });
+}
+
+bool Expression::uses_only(std::size_t variable) const {
+  return std::all_of(steps_.begin(), steps_.end(), [&](const Step& s) {
+    return s.operation != nullptr || s.variable < 0 || s.variable == static_cast<int>(variable);
+  });
+}
+
+bool Expression::linear(std::size_t variable) const {
+  std::vector<int> degree;  // of what waits on the stack; 2: more than linear
+  for (const Step& step : steps_) {
+    if (step.operation == nullptr) {
+      degree.push_back(step.variable == static_cast<int>(variable) ? 1 : 0);
+      continue;
+    }
+    int a = degree.back(), b = 0;
+    if (step.operation->arguments == 2) {
+      b = a;
+      degree.pop_back();
+      a = degree.back();
+    }
+    const std::string_view name = step.operation->name;
+    if (name == "+" || name == "-" || name == "-x")
+      degree.back() = std::max(a, b);
+    else if (name == "*")
+      degree.back() = std::min(2, a + b);
+    else if (name == "/")
+      degree.back() = b == 0 ? a : 2;
+    else
+      degree.back() = a + b == 0 ? 0 : 2;
+  }
+  return degree.back() <= 1;
+}
+
+std::vector<Expression> Expression::switches() const {
+  std::vector<Expression> found;
+  std::vector<std::size_t> begin;  // of what waits on the stack, in steps_
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    const Operation* operation = steps_[k].operation;
+    if (operation == nullptr) {
+      begin.push_back(k);
+      continue;
+    }
+    if (operation->arguments == 2) begin.pop_back();
+    const bool two = operation->name == "min" || operation->name == "max";
+    if (!two && operation->name != "step" && operation->name != "abs") continue;
+    Expression g;
+    g.steps_.assign(steps_.begin() + static_cast<std::ptrdiff_t>(begin.back()),
+                    steps_.begin() + static_cast<std::ptrdiff_t>(k));
+    if (two) g.steps_.push_back({.operation = find("-")});
+    found.push_back(std::move(g));
+  }
+  return found;
+}
+
 bool Expression::may_jump() const {
   const Operation* jumps = find("step");
   return std::any_of(steps_.begin(), steps_.end(), [&](const Step& step) { return step.operation == jumps; });

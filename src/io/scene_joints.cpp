@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "io/expression_timing.hpp"
 #include "io/scene_text.hpp"
 #include "io/scene_words.hpp"
 #include "perp/core/errors.hpp"
@@ -90,9 +91,15 @@ void read_motor(const SceneTable& table, Model& model) {
   if (table.has("effort")) {
     const Dimension dimension = place.turns() ? Dimension::Moment : Dimension::Force;
     const Expression effort = table.expression("effort", {"t", "coordinate", "rate"}, dimension);
-    const auto value = [effort](const Model&, const State& x, double coordinate, double rate) {
-      return effort(std::array{x.t, coordinate, rate});
-    };
+    using Effort = Timed<double(const Model&, const State&, double, double)>;
+    const Effort value(
+        [effort](const Model&, const State& x, double coordinate, double rate) {
+          return effort(std::array{x.t, coordinate, rate});
+        },
+        timing_of(std::span(&effort, 1), [place](const Model& m, const State& x) {
+          return std::vector{x.t, m.coordinate(x, place.joint, place.coordinate),
+                             m.coordinate_rate(x, place.joint, place.coordinate)};
+        }));
     table.placed([&] {
       model.add_motor({.joint = place.joint,
                        .effort = value,
@@ -106,10 +113,12 @@ void read_motor(const SceneTable& table, Model& model) {
   if (path.may_jump())
     table.refuse("motion", "the expression \"" + path.text() + "\" with a step",
                  "a motion needs to be continuous");
-  const JointMotion motion{.position = [path](double t) { return path(std::array{t}); },
-                           .rate = [path](double t) { return path.derivative(std::array{t}, 0); },
-                           .acceleration = {},
-                           .recipe = {"expression", {}, {path.text()}}};
+  const JointMotion motion{
+      .position = [path](double t) { return path(std::array{t}); },
+      .rate = Timed<double(double)>([path](double t) { return path.derivative(std::array{t}, 0); },
+                                    timing_of(std::span(&path, 1), {})),
+      .acceleration = {},
+      .recipe = {"expression", {}, {path.text()}}};
   table.placed([&] {
     model.add_motion(place.joint, motion, place.coordinate);
     return 0;

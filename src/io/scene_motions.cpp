@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "io/expression_timing.hpp"
 #include "io/scene_text.hpp"
 
 namespace perp {
@@ -17,7 +18,7 @@ struct Excursion {
 using Path = std::function<Excursion(double t)>;
 
 /// The motion that displaces and turns `about`: with R = Rz Ry Rx the angular velocity is c' z + Rz (b' y + Ry a' x).
-PrescribedMotion along(Path path, const Pose& about) {
+PrescribedMotion along(Path path, const Pose& about, Timing timing) {
   const auto turn = [](int axis, double angle) { return rotation(angle * Vector3::Unit(axis)); };
   PrescribedMotion motion;
   motion.pose = [=](double t) {
@@ -25,12 +26,13 @@ PrescribedMotion along(Path path, const Pose& about) {
     return Pose{about.p + e.p,
                 turn(2, e.angles.z()) * turn(1, e.angles.y()) * turn(0, e.angles.x()) * about.q};
   };
-  motion.twist = [=](double t) {
+  const auto twist = [=](double t) {
     const Excursion e = path(t);
     const Vector3 inner =
         e.angles_t.y() * Vector3::UnitY() + turn(1, e.angles.y()) * Vector3(e.angles_t.x(), 0, 0);
     return Twist{e.p_t, e.angles_t.z() * Vector3::UnitZ() + turn(2, e.angles.z()) * inner};
   };
+  motion.twist = Timed<Twist(double)>(twist, std::move(timing));
   return motion;
 }
 
@@ -108,19 +110,22 @@ PrescribedMotion read_function(const SceneTable& table, const Pose& pose) {
       if (e.may_jump())
         table.refuse(key, "the expression \"" + e.text() + "\" with a step",
                      "a motion needs to be continuous");
+  std::vector<Expression> parts = position, surface;
+  parts.insert(parts.end(), angles.begin(), angles.end());
+  if (table.has("surface")) surface = table.expressions("surface", time, Dimension::Velocity);
+  parts.insert(parts.end(), surface.begin(), surface.end());
   PrescribedMotion motion = along(
       [=](double t) {
         return Excursion{values(position, t), values(angles, t), rates(position, t), rates(angles, t)};
       },
-      pose);
+      pose, timing_of(parts, {}));
   motion.recipe = {"function", numbers_of(pose), texts_of(position)};
   const auto add = [&](const std::vector<Expression>& more) {
     const auto texts = texts_of(more);
     motion.recipe.texts.insert(motion.recipe.texts.end(), texts.begin(), texts.end());
   };
   add(angles);
-  if (table.has("surface")) {
-    const auto surface = table.expressions("surface", time, Dimension::Velocity);
+  if (!surface.empty()) {
     motion.surface = [=](double t, const Vector3&) { return values(surface, t); };
     add(surface);
   }
@@ -147,7 +152,7 @@ PrescribedMotion read_samples(const SceneTable& table, const Pose& pose) {
     append(numbers, position[i]);
     append(numbers, angles[i]);
   }
-  PrescribedMotion motion = along(Spline(t, y), pose);
+  PrescribedMotion motion = along(Spline(t, y), pose, {.times = t});  // where its third derivative jumps
   motion.recipe = {"table", numbers, {}};
   return motion;
 }
@@ -259,6 +264,10 @@ void read_force(const SceneTable& table, Model& model) {
     moment = table.expressions("moment", variables, Dimension::Moment);
   load.insert(load.end(), moment.begin(), moment.end());
   const Vector3 at = table.vector("at", Dimension::Length, Vector3::Zero());
+  const auto values_now = [body](const Model& m, const State& x) {
+    const std::array now = coordinates_now(m, x, body);
+    return std::vector(now.begin(), now.end());
+  };
   const auto wrench = [=](const Model& m, const State& x) {
     const std::array now = coordinates_now(m, x, body);
     const auto three = [&](std::size_t i) {
@@ -267,7 +276,8 @@ void read_force(const SceneTable& table, Model& model) {
     const Vector3 force = three(0);
     return Wrench{force, three(3) + (m.pose(x, body).q * at).cross(force)};
   };
-  model.add_force(body, wrench, {"expressions", {at.x(), at.y(), at.z()}, texts_of(load)});
+  model.add_force(body, Timed<Wrench(const Model&, const State&)>(wrench, timing_of(load, values_now)),
+                  {"expressions", {at.x(), at.y(), at.z()}, texts_of(load)});
 }
 
 std::string write_force(const Model& model, const BodyForce& force) {

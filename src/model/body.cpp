@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "perp/model/timing.hpp"
 
 namespace perp {
 namespace {
@@ -24,6 +25,8 @@ Twist PrescribedMotion::acceleration_at(double t) const {
   return {(8 * (c.v - b.v) - (d.v - a.v)) / (12 * s), (8 * (c.w - b.w) - (d.w - a.w)) / (12 * s)};
 }
 
+using TimedTwist = Timed<Twist(double)>;
+
 PrescribedMotion PrescribedMotion::shaker(const Vector3& amplitude, double rate, double phase,
                                           const Pose& pose) {
   return {
@@ -31,10 +34,11 @@ PrescribedMotion PrescribedMotion::shaker(const Vector3& amplitude, double rate,
           [=](double t) {
             return Pose{pose.p + std::sin(rate * t + phase) * amplitude, pose.q};
           },
-      .twist =
+      .twist = TimedTwist(
           [=](double t) {
             return Twist{rate * std::cos(rate * t + phase) * amplitude, Vector3::Zero()};
           },
+          {}),
       .surface = {},
       .acceleration =
           [=](double t) {
@@ -50,10 +54,11 @@ PrescribedMotion PrescribedMotion::turntable(const Vector3& axis, double rate, c
               [=](double t) {
                 return Pose{pose.p, rotation(t * w) * pose.q};
               },
-          .twist =
+          .twist = TimedTwist(
               [=](double) {
                 return Twist{Vector3::Zero(), w};
               },
+              {.steady = true}),
           .surface = {},
           .acceleration = [](double) { return Twist{}; },
           .recipe = {"turntable", numbers({axis.x(), axis.y(), axis.z(), rate}, pose), {}}};
@@ -61,7 +66,7 @@ PrescribedMotion PrescribedMotion::turntable(const Vector3& axis, double rate, c
 
 PrescribedMotion PrescribedMotion::belt(const Vector3& velocity, const Pose& pose) {
   return {.pose = [=](double) { return pose; },
-          .twist = [](double) { return Twist{}; },
+          .twist = TimedTwist([](double) { return Twist{}; }, {.steady = true}),
           .surface = [=](double, const Vector3&) { return velocity; },
           .acceleration = [](double) { return Twist{}; },
           .recipe = {"belt", numbers({velocity.x(), velocity.y(), velocity.z()}, pose), {}}};

@@ -39,6 +39,8 @@ EventDriven::EventDriven(EventDrivenOptions options) : options_(options) {
   };
   tolerance("rtol", options.rtol);
   if (!std::isnan(options.atol)) tolerance("atol", options.atol);
+  if (!std::isnan(options.look) && !(options.look > 0))
+    refuse("EventDriven", "look", options.look, "needs to be positive [s]");
 }
 EventDriven::~EventDriven() = default;
 EventDriven::EventDriven(EventDriven&&) noexcept = default;
@@ -52,7 +54,9 @@ StepReport EventDriven::run(const Model& model, Trajectory& run, const RunReques
 
 void EventDriven::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Trajectory rows(x, 0);
-  EventRun event_run(model, options_, rows);
+  EventDrivenOptions options = options_;
+  if (std::isnan(options.look)) options.look = request.h / 16;
+  EventRun event_run(model, options, rows);
   if (!event_run.run({.t_end = request.t_end})) {
     report = event_run.report;
     report.h = request.h;

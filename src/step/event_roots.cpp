@@ -9,8 +9,6 @@ namespace {
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-constexpr double some_steps =
-    30;  // errors that the first steps of a stretch may add up to, in tolerances [-]
 constexpr double feasible =
     2;  // times `small`: what a force root is where others than the least forces hold [-]
 
@@ -68,6 +66,7 @@ std::vector<Root> EventRun::list_roots() {
     else
       add(Root::JointSlips, static_cast<int>(i), row.friction, true);
   }
+  list_switches();
   return last;
 }
 
@@ -100,7 +99,8 @@ void EventRun::read_roots(EventSample& s) {
   bool pulls = false, slider_pulls = false;
   for (Eigen::Index i = 0; i < n; ++i) {
     const Root& root = roots_[at(i)];
-    const bool contact = root.kind != Root::JointRests && root.kind != Root::JointSlips;
+    const bool contact =
+        root.kind != Root::JointRests && root.kind != Root::JointSlips && root.kind != Root::LoadJumps;
     while (contact && root.kind != Root::Touch && modes_.contacts[closed].point != root.index) ++closed;
     switch (root.kind) {
       case Root::Touch: {
@@ -130,6 +130,9 @@ void EventRun::read_roots(EventSample& s) {
         break;
       case Root::JointSlips:
         s.g[i] = instant.joint_frictions[at(root.index)].friction - std::abs(s.joint_force[root.index]);
+        break;
+      case Root::LoadJumps:
+        s.g[i] = sides_[at(root.index)].sign * loads_.switches()[at(root.index)].value(model_, s.x);
         break;
     }
     if (!root.of_force() || !(s.g[i] < -root.small)) continue;
@@ -341,7 +344,8 @@ bool EventRun::solve_root(std::size_t i, const EventSample& start, const EventSa
   }
   if (!std::isfinite(g_low)) g_low = -g_high;
   int side = 0;
-  EventSample before = start;
+  const bool to_the_far_side = roots_[i].kind == Root::LoadJumps;
+  EventSample before = start, beyond = end;
   for (int k = 0; k < 100; ++k) {
     double t = high - g_high * (high - low) / (g_high - g_low);
     const bool may_jump = g_low == feasible * small;
@@ -349,9 +353,11 @@ bool EventRun::solve_root(std::size_t i, const EventSample& start, const EventSa
     if (spent() || !state_at(t, s)) return false;
     found = s;
     const double g = s.g[j];
-    if (std::abs(g) <= 2e-2 * small) return true;
+    if (g <= 0) beyond = s;
+    if (std::abs(g) <= 2e-2 * small && (g <= 0 || !to_the_far_side)) return true;
     if (high - low <= 4e-16 * std::max(std::abs(high), 1e-3 * (end.x.t - start.x.t))) {
       if (g < 0 && may_jump) found = before;
+      if (to_the_far_side) found = beyond;
       return true;
     }
     if (g > 0) {

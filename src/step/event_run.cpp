@@ -37,7 +37,8 @@ EventRun::EventRun(const Model& model, const EventDrivenOptions& options, Trajec
       options_(options),
       atol_(std::isnan(options.atol) ? options.rtol : options.atol),
       out_(out),
-      dynamics_(model) {
+      dynamics_(model),
+      loads_(model) {
   integrator_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
   local_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
   now_.x = out.back();
@@ -60,6 +61,7 @@ bool EventRun::fail(StepStatus status, const std::string& why) {
 bool EventRun::run(const RunRequest& request) {
   if (!integrator_) return fail(StepStatus::NotSolved, "this perp was built without SUNDIALS");
   const double t0 = now_.x.t, length = request.t_end - t0;
+  watch_loads(request.t_end);
   const double rows = std::isnan(request.h) ? 1 : std::max(1.0, std::round(length / request.h));
   const bool reached = begin() && [&] {
     for (double k = 1; k <= rows; ++k) {
@@ -72,6 +74,7 @@ bool EventRun::run(const RunRequest& request) {
     return true;
   }();
   out_.evaluations = dynamics_.evaluations;
+  if (!loads_.all_named()) out_.unseen = std::min(look_, length);
   return reached;
 }
 
@@ -138,7 +141,14 @@ double EventRun::time_of_quarter_turn() const {
 
 /// One step of the integrator, up to the first event in it.
 bool EventRun::advance(double t_stop) {
-  t_stop = std::min(t_stop, now_.x.t + time_of_quarter_turn());
+  if (now_.x.t >= look_until_) look_until_ = infinity;
+  t_stop = std::min({t_stop, now_.x.t + time_of_quarter_turn(), look_until_});
+  const bool load_jumps = jump_.t <= t_stop;
+  if (load_jumps) t_stop = just_before_jump();
+  if (load_jumps && t_stop <= now_.x.t) {
+    EventSample here = now_;
+    return jump_of_loads(here, now_);
+  }
   if (spent()) return fail(StepStatus::NotSolved, "max_evaluations is spent");
   if (restart_) {
     if (!integrator_->start(now_.x, std::min(natural_step_, t_stop - now_.x.t)))
@@ -180,6 +190,13 @@ bool EventRun::advance(double t_stop) {
     }
     return handle_event(found.x, triggers);
   }
+  if (const double seen = seen_until(now_, to); seen < to.x.t) {  // a load did what the step did not see
+    look_until_ = std::max(seen, now_.x.t + look_);
+    natural_step_ = std::min(natural_step_, look_);
+    restart_ = true;
+    return true;
+  }
+  if (load_jumps && to.x.t >= t_stop) return jump_of_loads(to, middle);
   model_.follow_turns(to.x);
   add_row(now_, middle, to);
   now_ = std::move(to);
@@ -194,6 +211,7 @@ bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
   restart_ = true;
   if (too_many_events()) return carry_across(infinity, "too many events");
   const Modes before = modes_;
+  log_loads(triggers);
   resting_.clear();
   closing_.clear();
   (void)dynamics_.rows(now_.x);
@@ -413,8 +431,15 @@ bool EventRun::carry_across(double t_stop, const std::string& why) {
   const Modes before = modes_;
   const double h = std::min(1e-4 * scales_.length / scales_.speed, t_stop - now_.x.t);
   report = {};
+  State half = now_.x;
+  StepReport of_half;
   if (!inelastic_step(model_, now_.x, h, report))
     return fail(StepStatus::NotSolved, why + "; nor could a step across it be made");
+  const bool halves =
+      inelastic_step(model_, half, h / 2, of_half) && inelastic_step(model_, half, h / 2, of_half);
+  out_.carried_error += halves ? std::max((half.q - now_.x.q).cwiseAbs().maxCoeff(),
+                                          (half.nu - now_.x.nu).cwiseAbs().maxCoeff())
+                               : infinity;
   report.t = now_.x.t;
   report.h = h;
   report.status = StepStatus::Solved;

@@ -10,8 +10,12 @@
 #include "perp/step/event_driven.hpp"
 #include "step/acceleration_problem.hpp"
 #include "step/integrator.hpp"
+#include "step/loads_in_time.hpp"
 
 namespace perp {
+
+/// Errors that the first steps of a stretch may add up to, in tolerances [-].
+constexpr double some_steps = 30;
 
 /// What ends a mode: a function g of the state that falls through zero.
 struct Root {
@@ -21,7 +25,8 @@ struct Root {
     ContactRests,  ///< u_f . d of one that slides, d the direction of u_f at the start of the step
     ContactSlips,  ///< mu c_n - |c_f| of one that sticks
     JointRests,    ///< rate of a joint with friction, times its sign
-    JointSlips     ///< c_max - |c_bf| of one at rest
+    JointSlips,    ///< c_max - |c_bf| of one at rest
+    LoadJumps      ///< a switch of a load, times the sign it has, or a time that a load names
   };
   Kind kind = Touch;
   int index = 0;     ///< the point, or the joint friction
@@ -86,17 +91,24 @@ class EventRun {
   bool handle_event(const State& x, const std::vector<Root>& triggers);
   bool settle(const std::vector<Root>& triggers);
   bool jump(bool jam);
+  void watch_loads(double t_end);
+  double just_before_jump() const;
+  bool jump_of_loads(EventSample& to, const EventSample& middle);
+  double seen_until(const EventSample& a, const EventSample& b) const;
+  void log_loads(const std::vector<Root>& triggers);
   bool carry_across(double t_stop, const std::string& why);
   bool too_many_events();
   void take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
                   const std::vector<Root>& triggers);
   std::vector<Root> list_roots();
+  void list_switches();
 
   EventSample sample(const State& x);
   void read_roots(EventSample& s);
   bool forces_are_feasible(const EventSample& s);
   bool spent() const;
   State half_way(const EventSample& a, const EventSample& b) const;
+  State between(const EventSample& a, const EventSample& b, double t) const;
   bool state_at(double t, EventSample& s);
   bool bracket(const EventSample& middle, const EventSample& end, EventSample& high);
   bool fell(std::size_t root, const EventSample& s, double share = 1) const;
@@ -126,6 +138,13 @@ class EventRun {
   std::vector<Root> roots_;
   EventSample now_;
   bool restart_ = true;
+  LoadsInTime loads_;
+  LoadsInTime::Jump jump_;  // the next that is named
+  double look_ = infinity, look_until_ = infinity, t_end_ = infinity;
+  struct Side {
+    double sign = 0, scale = 0;  // of a load's switch: where it is, how large it has been
+  };
+  std::vector<Side> sides_;
   double natural_step_ = 0;  // of the integrator, where nothing cut it short
   int carried_ = 0, short_steps_ = 0;
   long evaluations_before_ = 0, feasibility_tests_ = 0;

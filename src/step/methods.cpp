@@ -33,7 +33,7 @@ const std::vector<Method>& methods() {
       {"event", 0, false, "the instantaneous model integrated by SUNDIALS to a tolerance, events located",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<EventDriven>(
-             EventDrivenOptions{.rtol = o.tolerance, .integrator = o.integrator});
+             EventDrivenOptions{.rtol = o.tolerance, .integrator = o.integrator, .look = o.look});
        }},
   };
   return all;

@@ -27,6 +27,8 @@ std::string_view name_of(EventKind kind) {
       return "zeno";
     case EventKind::Painleve:
       return "painleve";
+    case EventKind::Load:
+      return "load";
   }
   return "";
 }

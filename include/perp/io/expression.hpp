@@ -41,12 +41,18 @@ class Expression {
   /// The text with the constants' values in place of their names.
   const std::string& text() const { return text_; }
   bool constant() const;  ///< no variable in it
+  bool uses(std::size_t variable) const;
+  bool uses_only(std::size_t variable) const;  ///< and no other
+  bool linear(std::size_t variable) const;     ///< c + d x_i by how it is written
+  /// What its jumps, and those of its derivatives, lie at the zeros of: arguments of step and abs, a - b of min(a, b) and max(a, b).
+  [[nodiscard]] std::vector<Expression> switches() const;
   bool may_jump() const;  ///< has a step: it is then no position of a body
 
   /// Whether an expression gives `name` a meaning of its own, so that no parameter may have it.
   static bool reserved(std::string_view name);
 
  private:
+  Expression() = default;
   friend class ExpressionParser;
   struct Operation;
   static const Operation operations[];

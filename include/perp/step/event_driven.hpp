@@ -29,6 +29,9 @@ struct EventDrivenOptions {
   double atol = not_set;  ///< and absolute [m, rad, m/s, rad/s]; rtol if not set
   Integrator integrator = Integrator::Arkode;
   Restitution restitution = Restitution::Newton;
+  /// The longest time between two looks at loads and motions that change with time [s]; 1/4096 of the run if not set. Times that a load
+  /// names (Timing) are met whatever it is.
+  double look = not_set;
   long max_evaluations = 10'000'000;  ///< of the right-hand side in a run, which ends there with a report
 };
 
@@ -37,7 +40,7 @@ struct EventDrivenOptions {
 /// (solve_impact), and CP1 says how it goes on.
 ///
 /// Events end modes: psi_n = 0 (touch), c_n = 0 (lift), |u_f| = 0 (stick, reverse), |c_f| = mu c_n (slip), and the same of joints with
-/// friction. A step in which one is bracketed is integrated again from its beginning to the time that a secant
+/// friction. Loads jump at the times that they name (Timed), and where their switches do. A step in which one is bracketed is integrated again from its beginning to the time that a secant
 /// method asks for, until the root function is at round-off: no state comes from an interpolant.
 /// Gaps of closed contacts and joints are projected to zero after every step.
 ///

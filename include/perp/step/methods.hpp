@@ -15,6 +15,7 @@ struct MethodOptions {
   int edges = 8;                               ///< of the friction polygon, in linear methods
   double tolerance = 1e-10;                    ///< rtol = atol of methods that choose their steps
   Integrator integrator = Integrator::Arkode;  ///< of `event`
+  double look = not_set;                       ///< of `event`: EventDrivenOptions::look
   Reactions reactions = Reactions::Any;        ///< that methods with steps of fixed size report
 };
 

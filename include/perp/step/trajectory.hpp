@@ -11,15 +11,16 @@
 namespace perp {
 
 enum class EventKind {
-  Touch,    ///< a contact closes without a jump of velocities
-  Lift,     ///< it opens
-  Stick,    ///< sliding ends
-  Slip,     ///< sliding begins
-  Reverse,  ///< sliding goes on the other way
-  Stop,     ///< a joint's limit closes
-  Impact,   ///< velocities jump
-  Zeno,     ///< infinitely many events, or too many: carried across
-  Painleve  ///< CP1 had no solution, or several
+  Touch,     ///< a contact closes without a jump of velocities
+  Lift,      ///< it opens
+  Stick,     ///< sliding ends
+  Slip,      ///< sliding begins
+  Reverse,   ///< sliding goes on the other way
+  Stop,      ///< a joint's limit closes
+  Impact,    ///< velocities jump
+  Zeno,      ///< infinitely many events, or too many: carried across
+  Painleve,  ///< CP1 had no solution, or several
+  Load       ///< a load or a motion jumps, or a derivative of it
 };
 
 [[nodiscard]] std::string_view name_of(EventKind kind);  ///< "touch", "lift", ...
@@ -61,6 +62,11 @@ class Trajectory {
 
   std::vector<Event> events;  ///< in order of time, of methods that locate them
   long evaluations = 0;       ///< of the right-hand side, of methods that have one
+  /// How far steps carried across (event zeno without a name, solver inelastic-step) may be from the motion [m, m/s], added up: each
+  /// compared with two of half its size. Other steps keep the tolerance.
+  double carried_error = 0;
+  /// The longest interval in which nobody looked at loads that may depend on time and name no times [s]; 0 if there are none.
+  double unseen = 0;
 
   /// How at() goes on from state i to t.
   std::function<State(const State& from, std::size_t i, double t)> between;
