@@ -58,13 +58,13 @@ void summarise(const Scene& scene, const Stepper& stepper, const Trajectory& run
   if (!scene.unused.empty())
     std::printf("%zu things of the file are not used: perp check lists them\n", scene.unused.size());
   std::printf("wrote trajectory.csv, contacts.csv, joints.csv%s and report.csv to %s\n",
-              run.between ? ", events.csv" : "", folder.c_str());
+              (run.between || !run.events.empty()) ? ", events.csv" : "", folder.c_str());
 }
 
 /// The method with what was asked for it; a method of fixed steps needs one, another may have a tolerance.
 std::unique_ptr<Stepper> stepper_of(const RunArguments& arguments) {
   MethodOptions options = arguments.method_options;
-  const bool chooses = method(arguments.method).order == 0;
+  const bool chooses = method(arguments.method).adaptive;
   if (!chooses && !arguments.step_given)
     refuse("perp run", "--step", "not given", "method " + arguments.method + " needs a step [s]");
   if (!chooses && !std::isnan(arguments.tolerance))
@@ -104,7 +104,8 @@ int run_scene(const RunArguments& arguments) {
   }
   const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
   try {
-    const Trajectory run = simulate(s.model, *stepper, start, {.t_end = until, .h = arguments.h});
+    const Trajectory run =
+        simulate(s.model, *stepper, start, {.t_end = until, .h = arguments.h, .events = s.events});
     write_run(arguments.folder, s.model, run, {.every = arguments.every});
     summarise(s, *stepper, run, arguments.folder);
     return Done;

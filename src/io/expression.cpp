@@ -215,13 +215,28 @@ class ExpressionParser {
     push({.number = value});
   }
 
+  /// The longest variable that the text goes on with: their names may have dots and blanks, as BODY.x.
+  std::size_t variable_ahead() const {
+    std::size_t longest = variables_.size(), length = 0;
+    for (std::size_t i = 0; i < variables_.size(); ++i) {
+      const std::string& name = variables_[i];
+      const std::size_t end = at_ + name.size();
+      if (name.size() <= length || !text_.substr(at_).starts_with(name)) continue;
+      if (end < text_.size() && (letter(text_[end]) || digit(text_[end]) || text_[end] == '.')) continue;
+      longest = i;
+      length = name.size();
+    }
+    return longest;
+  }
+
   void name() {
+    if (const std::size_t i = variable_ahead(); i < variables_.size()) {
+      at_ += variables_[i].size();
+      return push({.variable = static_cast<int>(i)});
+    }
     const std::size_t begin = at_;
     while (at_ < text_.size() && (letter(text_[at_]) || digit(text_[at_]))) ++at_;
     const std::string word(text_.substr(begin, at_ - begin));
-    const auto variable = std::find(variables_.begin(), variables_.end(), word);
-    if (variable != variables_.end())
-      return push({.variable = static_cast<int>(variable - variables_.begin())});
     if (word == "pi") return push({.number = std::numbers::pi});
     if (Expression::find(word) != nullptr) return call(word);
     const auto constant = constants_.find(word);

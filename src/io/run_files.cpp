@@ -114,7 +114,7 @@ void write_run(const std::filesystem::path& folder, const Model& model, const Tr
     add_figures(report, run.figures(step));
   }
   if (options.failed != nullptr) add_figures(report, *options.failed);
-  if (run.between) {
+  if ((run.between || !run.events.empty())) {
     CsvFile events(folder / "events.csv", {"t", "kind", "contact", "before", "after"});
     for (const Event& event : run.events)
       events.cell(event.t)

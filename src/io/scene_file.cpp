@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "io/names.hpp"
+#include "io/scene_events.hpp"
 #include "io/scene_gaps.hpp"
 #include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
@@ -26,7 +27,7 @@ class SceneReader {
   Scene read(const TomlValue& toml) {
     const SceneTable root(toml, source_);
     root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
-                "joint_spring", "spring", "contact", "force"});
+                "joint_spring", "spring", "contact", "force", "event"});
     if (root.has("parameters")) parameters(root.table("parameters"));
     for (const auto& [name, value] : set_) need_parameter(name);
     scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
@@ -46,6 +47,8 @@ class SceneReader {
     for (const SceneTable& table : root.tables("spring")) spring(table);
     for (const SceneTable& table : root.tables("contact")) contact(table);
     for (const SceneTable& table : root.tables("force")) read_force(table, model());
+    for (const SceneTable& table : root.tables("event"))
+      scene_.events.push_back(read_event(table, model(), scene_.events.size() + 1));
     scene_.start = model().rest();
     for (const SceneTable& table : root.tables("body")) start(table);
     return std::move(scene_);

@@ -25,7 +25,7 @@ void EventRun::watch_loads(double t_end) {
 /// Where the integrator must stop so that none of its stages sees a load past its jump: a few roundings earlier.
 double EventRun::just_before_jump() const {
   constexpr double roundings = 8 * 2.3e-16;
-  return jump_.t - roundings * std::max(std::abs(jump_.t), std::abs(out_.t(0)));
+  return jump_.t - roundings * std::max(std::abs(jump_.t), std::abs(now_.x.t));
 }
 
 /// From just before the jump to it, by a Taylor step that is exact to rounding; then what it changes.
@@ -43,30 +43,46 @@ bool EventRun::jump_of_loads(EventSample& to, const EventSample& middle) {
   return handle_event(State(to.x), {{.kind = Root::LoadJumps, .index = -1}});
 }
 
-/// Switches of loads that were passed: they are on the other side from here on.
-void EventRun::log_loads(const std::vector<Root>& triggers) {
+double EventRun::switch_value(const Root& root, const State& x) const {
+  const std::size_t loads = loads_.switches().size();
+  return root.kind == Root::LoadJumps ? loads_.switches()[at(root.index)].value(model_, x)
+                                      : user_events_[at(root.index) - loads].when(model_, x);
+}
+
+/// Switches that were passed are on the other side from here on; what the user does at his.
+void EventRun::pass_switches(const std::vector<Root>& triggers) {
+  const std::size_t loads = loads_.switches().size();
   for (const Root& root : triggers) {
-    if (root.kind != Root::LoadJumps || root.index < 0) continue;
-    sides_[at(root.index)].sign *= -1;
-    log(EventKind::Load, loads_.switches()[at(root.index)].name, ContactMode::Open, ContactMode::Open);
+    if (!root.far_side() || root.index < 0) continue;
+    Side& side = sides_[at(root.index)];
+    side.sign *= -1;
+    if (root.kind == Root::LoadJumps) {
+      log(EventKind::Load, loads_.switches()[at(root.index)].name, ContactMode::Open, ContactMode::Open);
+      continue;
+    }
+    const UserEvent& event = user_events_[at(root.index) - loads];
+    if (event.direction * side.sign < 0) continue;  // the other way
+    log(EventKind::User, event.name, ContactMode::Open, ContactMode::Open);
+    if (!event.then) continue;
+    stopped_ = !event.then(model_, now_.x) || stopped_;
+    model_.check("UserEvent::then", now_.x);
   }
 }
 
-/// Switches of loads, in units of the largest value that each has had.
+/// Switches of loads and the user's events, in units of the largest value that each has had.
 void EventRun::list_switches() {
-  sides_.resize(loads_.switches().size());
+  const std::size_t loads = loads_.switches().size();
+  sides_.resize(loads + user_events_.size());
   for (std::size_t i = 0; i < sides_.size(); ++i) {
     Side& side = sides_[i];
-    const double value = loads_.switches()[i].value(model_, now_.x);
+    Root root{.kind = i < loads ? Root::LoadJumps : Root::UserZero, .index = static_cast<int>(i)};
+    const double value = switch_value(root, now_.x);
     if (side.sign == 0) side.sign = value < 0 ? -1 : 1;
     side.scale = std::max(side.scale, std::abs(value));
     constexpr double rounding = 1e-13;
-    const double error = some_steps * options_.rtol * side.scale;
-    roots_.push_back({.kind = Root::LoadJumps,
-                      .index = static_cast<int>(i),
-                      .small = rounding * side.scale,
-                      .vague = error,
-                      .vague_rate = infinity});
+    root.small = rounding * side.scale;
+    root.vague = some_steps * options_.rtol * side.scale;
+    roots_.push_back(root);
   }
 }
 

@@ -99,9 +99,8 @@ void EventRun::read_roots(EventSample& s) {
   bool pulls = false, slider_pulls = false;
   for (Eigen::Index i = 0; i < n; ++i) {
     const Root& root = roots_[at(i)];
-    const bool contact =
-        root.kind != Root::JointRests && root.kind != Root::JointSlips && root.kind != Root::LoadJumps;
-    while (contact && root.kind != Root::Touch && modes_.contacts[closed].point != root.index) ++closed;
+    while (root.of_contact() && root.kind != Root::Touch && modes_.contacts[closed].point != root.index)
+      ++closed;
     switch (root.kind) {
       case Root::Touch: {
         const int now = instant.contact_of_point[at(root.index)];
@@ -132,7 +131,8 @@ void EventRun::read_roots(EventSample& s) {
         s.g[i] = instant.joint_frictions[at(root.index)].friction - std::abs(s.joint_force[root.index]);
         break;
       case Root::LoadJumps:
-        s.g[i] = sides_[at(root.index)].sign * loads_.switches()[at(root.index)].value(model_, s.x);
+      case Root::UserZero:
+        s.g[i] = sides_[at(root.index)].sign * switch_value(root, s.x);
         break;
     }
     if (!root.of_force() || !(s.g[i] < -root.small)) continue;
@@ -344,7 +344,7 @@ bool EventRun::solve_root(std::size_t i, const EventSample& start, const EventSa
   }
   if (!std::isfinite(g_low)) g_low = -g_high;
   int side = 0;
-  const bool to_the_far_side = roots_[i].kind == Root::LoadJumps;
+  const bool to_the_far_side = roots_[i].far_side();
   EventSample before = start, beyond = end;
   for (int k = 0; k < 100; ++k) {
     double t = high - g_high * (high - low) / (g_high - g_low);

@@ -61,6 +61,7 @@ bool EventRun::fail(StepStatus status, const std::string& why) {
 bool EventRun::run(const RunRequest& request) {
   if (!integrator_) return fail(StepStatus::NotSolved, "this perp was built without SUNDIALS");
   const double t0 = now_.x.t, length = request.t_end - t0;
+  user_events_ = request.events;
   watch_loads(request.t_end);
   const double rows = std::isnan(request.h) ? 1 : std::max(1.0, std::round(length / request.h));
   const bool reached = begin() && [&] {
@@ -68,12 +69,14 @@ bool EventRun::run(const RunRequest& request) {
       const double stop = k == rows ? request.t_end : t0 + k * length / rows;
       while (now_.x.t < stop) {
         if (!advance(stop)) return false;
+        if (stopped_) return true;
         if (request.progress && !request.progress(now_.x.t)) return true;
       }
     }
     return true;
   }();
   out_.evaluations = dynamics_.evaluations;
+  out_.carried_error = carried_error_;
   if (!loads_.all_named()) out_.unseen = std::min(look_, length);
   return reached;
 }
@@ -211,7 +214,7 @@ bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
   restart_ = true;
   if (too_many_events()) return carry_across(infinity, "too many events");
   const Modes before = modes_;
-  log_loads(triggers);
+  pass_switches(triggers);
   resting_.clear();
   closing_.clear();
   (void)dynamics_.rows(now_.x);
@@ -437,9 +440,9 @@ bool EventRun::carry_across(double t_stop, const std::string& why) {
     return fail(StepStatus::NotSolved, why + "; nor could a step across it be made");
   const bool halves =
       inelastic_step(model_, half, h / 2, of_half) && inelastic_step(model_, half, h / 2, of_half);
-  out_.carried_error += halves ? std::max((half.q - now_.x.q).cwiseAbs().maxCoeff(),
-                                          (half.nu - now_.x.nu).cwiseAbs().maxCoeff())
-                               : infinity;
+  carried_error_ += halves ? std::max((half.q - now_.x.q).cwiseAbs().maxCoeff(),
+                                      (half.nu - now_.x.nu).cwiseAbs().maxCoeff())
+                           : infinity;
   report.t = now_.x.t;
   report.h = h;
   report.status = StepStatus::Solved;

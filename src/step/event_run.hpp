@@ -26,7 +26,8 @@ struct Root {
     ContactSlips,  ///< mu c_n - |c_f| of one that sticks
     JointRests,    ///< rate of a joint with friction, times its sign
     JointSlips,    ///< c_max - |c_bf| of one at rest
-    LoadJumps      ///< a switch of a load, times the sign it has, or a time that a load names
+    LoadJumps,     ///< a switch of a load, times the sign it has, or a time that a load names
+    UserZero       ///< `when` of a user's event, times the sign it has
   };
   Kind kind = Touch;
   int index = 0;     ///< the point, or the joint friction
@@ -35,6 +36,10 @@ struct Root {
   double vague_rate = infinity;  ///< the same of its rate, of gaps
   bool armed = false;            ///< it has been above zero in this stretch
 
+  bool of_contact() const { return kind < JointRests; }
+  bool far_side() const {
+    return kind == LoadJumps || kind == UserZero;
+  }  ///< located past its zero, not before
   bool of_force() const { return kind == Lift || kind == ContactSlips || kind == JointSlips; }
 
   /// Whether g, with its rate where that is known, is below zero for sure.
@@ -95,7 +100,8 @@ class EventRun {
   double just_before_jump() const;
   bool jump_of_loads(EventSample& to, const EventSample& middle);
   double seen_until(const EventSample& a, const EventSample& b) const;
-  void log_loads(const std::vector<Root>& triggers);
+  double switch_value(const Root& root, const State& x) const;
+  void pass_switches(const std::vector<Root>& triggers);
   bool carry_across(double t_stop, const std::string& why);
   bool too_many_events();
   void take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
@@ -144,9 +150,12 @@ class EventRun {
   struct Side {
     double sign = 0, scale = 0;  // of a load's switch: where it is, how large it has been
   };
-  std::vector<Side> sides_;
+  std::vector<Side> sides_;  // of loads' switches, then of the user's events
+  std::vector<UserEvent> user_events_;
+  bool stopped_ = false;     // by one of them
   double natural_step_ = 0;  // of the integrator, where nothing cut it short
   int carried_ = 0, short_steps_ = 0;
+  double carried_error_ = 0;
   long evaluations_before_ = 0, feasibility_tests_ = 0;
 
   std::vector<ContactRow> jump_rows_;  // of the event in hand

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "step/dense_output.hpp"
 
 namespace perp {
 namespace {
@@ -16,6 +17,17 @@ std::string sentence(const StepReport& report) {
 /// Contact rows to make room for: as many a step as the first step had, within bounds.
 std::size_t room(std::size_t steps, std::size_t rows_a_step) {
   return std::min<std::size_t>(steps * rows_a_step, 1U << 22U);
+}
+
+/// What comes to pass in the step to x: logged, and done to x. Whether the run goes on.
+bool pass_events(const Model& model, const std::vector<UserEvent>& events, Trajectory& run, State& x) {
+  bool goes_on = true;
+  for (const FoundEvent& found : find_events(model, events, run.back(), x)) {
+    const UserEvent& event = events[found.index];
+    run.events.push_back({.t = found.t, .kind = EventKind::User, .contact = event.name});
+    if (event.then) goes_on = event.then(model, x) && goes_on;
+  }
+  return goes_on;
 }
 
 }  // namespace
@@ -53,7 +65,8 @@ Trajectory simulate(const Model& model, Stepper& stepper, const State& x0, const
     report = adaptive->run(model, run,
                            {.t_end = options.t_end,
                             .h = no_steps ? not_set : (options.t_end - x0.t) / steps,
-                            .progress = options.progress});
+                            .progress = options.progress,
+                            .events = options.events});
     if (!report.advanced()) throw StepFailure(std::move(report), std::move(run));
     return run;
   }
@@ -61,13 +74,16 @@ Trajectory simulate(const Model& model, Stepper& stepper, const State& x0, const
   const auto n = static_cast<std::size_t>(steps);
   const double length = options.t_end - x0.t, h = length / steps;
   Trajectory run(x, n);
+  run.model = std::make_shared<const Model>(model);
   for (std::size_t k = 1; k <= n; ++k) {
     const double t = k == n ? options.t_end : x0.t + static_cast<double>(k) * length / steps;
     stepper.step(model, x, {.h = h, .t_end = t, .max_correction_speed = options.max_correction_speed},
                  report);
     if (!report.advanced()) throw StepFailure(std::move(report), std::move(run));
     if (k == 1) run.reserve_rows(room(n, report.contacts.size()), n * report.joints.size());
+    const bool goes_on = options.events.empty() || pass_events(model, options.events, run, x);
     run.add(x, report);
+    if (!goes_on) break;
     if (options.progress && !options.progress(x.t)) break;
   }
   return run;

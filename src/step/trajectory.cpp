@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "perp/core/errors.hpp"
+#include "step/dense_output.hpp"
 
 namespace perp {
 
@@ -29,6 +30,8 @@ std::string_view name_of(EventKind kind) {
       return "painleve";
     case EventKind::Load:
       return "load";
+    case EventKind::User:
+      return "user";
   }
   return "";
 }
@@ -100,11 +103,16 @@ StepReport Trajectory::report(std::size_t step) const {
 }
 
 State Trajectory::at(double t) const {
-  if (!between) refuse("Trajectory::at", "run", "of fixed steps", "needs a method that chooses its steps");
+  if (!between && !model) refuse("Trajectory::at", "run", "rows alone", "needs a run that simulate() made");
   if (size() == 0 || !(t >= t_.front() && t <= t_.back()))
     refuse("Trajectory::at", "t", t, "needs to be within the run");
   const auto i = static_cast<std::size_t>(std::upper_bound(t_.begin(), t_.end(), t) - t_.begin()) - 1;
-  return t == t_[i] ? state(i) : between(state(i), i, t);
+  if (t == t_[i]) return state(i);
+  return between ? between(state(i), i, t) : between_states(*model, state(i), state(i + 1), t);
+}
+
+bool chooses_steps(const Stepper& stepper) {
+  return dynamic_cast<const AdaptiveStepper*>(&stepper) != nullptr;
 }
 
 }  // namespace perp

@@ -21,7 +21,8 @@ struct MethodOptions {
 
 struct Method {
   std::string_view name;
-  int order;              ///< in smooth motion; 0: set by a tolerance, the method chooses its steps
+  int order;              ///< in smooth motion; 0: that of a tolerance
+  bool adaptive;          ///< it chooses its steps by a tolerance: an AdaptiveStepper
   bool polygonal;         ///< whether `edges` matters to it
   std::string_view what;  ///< one phrase
   std::unique_ptr<Stepper> (*make)(const MethodOptions&);

@@ -14,6 +14,7 @@ struct SimulateOptions {
   bool project_initial = false;            ///< first moves x onto its constraints (project_onto_constraints)
   double max_correction_speed = infinity;  ///< cap on the speed at which an overlap is pushed out [m/s]
   std::function<bool(double t)> progress = {};  ///< called after every step; false ends the run there
+  std::vector<UserEvent> events = {};
 };
 
 /// A step that did not reach its tolerance: what it said, and the trajectory up to it. The one exception that a correct

@@ -20,7 +20,8 @@ enum class EventKind {
   Impact,    ///< velocities jump
   Zeno,      ///< infinitely many events, or too many: carried across
   Painleve,  ///< CP1 had no solution, or several
-  Load       ///< a load or a motion jumps, or a derivative of it
+  Load,      ///< a load or a motion jumps, or a derivative of it
+  User       ///< a UserEvent
 };
 
 [[nodiscard]] std::string_view name_of(EventKind kind);  ///< "touch", "lift", ...
@@ -32,6 +33,22 @@ struct Event {
   std::string contact;                     ///< name of the contact point or the joint; empty: of none alone
   ContactMode before = ContactMode::Open;  ///< of a joint: Stick or Slip
   ContactMode after = ContactMode::Open;
+};
+
+/// An event of the user's: where `when` goes through zero. Methods that locate events find it as exactly as their own; those of steps
+/// of fixed size in the cubics between their states (Trajectory::at), where it is at most an eighth of a step from the next.
+struct UserEvent {
+  std::string name = {};  ///< in Event::contact
+  std::function<double(const Model&, const State&)> when = {};
+  int direction = 0;  ///< 1: rising, -1: falling, 0: either
+  /// What then: it may change q and nu (of fixed steps: of the state at the end of the step), and says whether the run goes on.
+  /// Empty: the time is marked and the run goes on.
+  std::function<bool(const Model&, State&)> then = {};
+  Recipe recipe = {};  ///< of those of scene files
+
+  bool passes(double before, double after) const {
+    return (direction >= 0 && before < 0 && after >= 0) || (direction <= 0 && before > 0 && after <= 0);
+  }
 };
 
 /// States at t_0 .. t_n and the reports of the n steps between them. Stored flat: what a step adds is copied into space
@@ -55,9 +72,9 @@ class Trajectory {
   const StepFigures& figures(std::size_t step) const { return figures_[step]; }
   StepReport report(std::size_t step) const;  ///< of the step to state(step + 1)
 
-  /// The state at any time of the run, of methods that choose their steps: integrated anew from the last state before t, to the
-  /// run's own tolerance; just after an event if t is one. Throws std::invalid_argument for a time outside the run, and
-  /// for runs of fixed steps, whose states are all there is.
+  /// The state at any time of the run. Of methods that choose their steps: integrated anew from the last state before t, to the run's
+  /// own tolerance; just after an event if t is one. Of runs of fixed steps: by cubics between their states, order 4 in q and 3 in nu
+  /// besides the method's own error. Throws std::invalid_argument for a time outside the run, and for rows without a model.
   State at(double t) const;
 
   std::vector<Event> events;  ///< in order of time, of methods that locate them
@@ -70,6 +87,7 @@ class Trajectory {
 
   /// How at() goes on from state i to t.
   std::function<State(const State& from, std::size_t i, double t)> between;
+  std::shared_ptr<const Model> model;  ///< of runs of fixed steps: what at() needs
 
  private:
   std::size_t nq_ = 0, nv_ = 0, windings_ = 0;
@@ -86,6 +104,7 @@ struct RunRequest {
   double t_end = not_set;
   double h = not_set;  ///< rows at its multiples too, if set
   std::function<bool(double t)> progress = {};
+  std::vector<UserEvent> events = {};
 };
 
 /// A method that chooses its steps by a tolerance: it takes whole runs.
@@ -97,5 +116,8 @@ class AdaptiveStepper : public Stepper {
   /// not reached.
   [[nodiscard]] virtual StepReport run(const Model& model, Trajectory& run, const RunRequest& request) = 0;
 };
+
+/// Whether a method is one of those.
+[[nodiscard]] bool chooses_steps(const Stepper& stepper);
 
 }  // namespace perp
