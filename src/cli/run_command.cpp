@@ -105,7 +105,10 @@ int run_scene(const RunArguments& arguments) {
   const double until = std::isnan(arguments.until) ? s.t_end : arguments.until;
   try {
     const Trajectory run =
-        simulate(s.model, *stepper, start, {.t_end = until, .h = arguments.h, .events = s.events});
+        simulate(s.model, *stepper, start,
+                 {.t_end = until,
+                  .h = arguments.h,
+                  .events = load_events(arguments.scene, read_parameters("perp run", arguments.set))});
     write_run(arguments.folder, s.model, run, {.every = arguments.every});
     summarise(s, *stepper, run, arguments.folder);
     return Done;

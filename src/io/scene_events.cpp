@@ -76,14 +76,7 @@ UserEvent read_event(const SceneTable& table, const Model& model, std::size_t nu
   event.direction = static_cast<int>(direction);
   const bool stops = table.has("then") && table.word("then", {"stop", "mark"}) == 0;
   if (stops) event.then = [](const Model&, State&) { return false; };
-  event.recipe = {"expression", {}, {when.text(), stops ? "stop" : "mark"}};
   return event;
-}
-
-std::string write_event(const UserEvent& event) {
-  return "name = " + in_quotes(event.name) + "\nwhen = " + in_quotes(event.recipe.texts[0]) +
-         "\ndirection = " + std::to_string(event.direction) + "\nthen = " + in_quotes(event.recipe.texts[1]) +
-         "\n";
 }
 
 }  // namespace perp

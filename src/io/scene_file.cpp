@@ -24,6 +24,8 @@ class SceneReader {
  public:
   SceneReader(const std::string& file, const SceneParameters& set) : set_(set) { source_.file = file; }
 
+  std::vector<UserEvent> events;  ///< after read()
+
   Scene read(const TomlValue& toml) {
     const SceneTable root(toml, source_);
     root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
@@ -48,7 +50,7 @@ class SceneReader {
     for (const SceneTable& table : root.tables("contact")) contact(table);
     for (const SceneTable& table : root.tables("force")) read_force(table, model());
     for (const SceneTable& table : root.tables("event"))
-      scene_.events.push_back(read_event(table, model(), scene_.events.size() + 1));
+      events.push_back(read_event(table, model(), events.size() + 1));
     scene_.start = model().rest();
     for (const SceneTable& table : root.tables("body")) start(table);
     return std::move(scene_);
@@ -289,11 +291,25 @@ Scene read_scene(std::string_view text, const std::string& file, const ScenePara
   return SceneReader(file, set).read(toml);
 }
 
-Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
+std::vector<UserEvent> read_events(std::string_view text, const std::string& file,
+                                   const SceneParameters& set) {
+  const TomlValue toml = parse_toml(text, file);
+  SceneReader reader(file, set);
+  (void)reader.read(toml);
+  return std::move(reader.events);
+}
+
+namespace {
+
+bool built_in(const std::string& name) {
+  return std::find(scene_names().begin(), scene_names().end(), name) != scene_names().end();
+}
+
+/// The whole of a scene file that is there and not too long.
+std::string text_of(const std::string& name_or_file) {
   const std::vector<std::string>& names = scene_names();
-  if (std::find(names.begin(), names.end(), name_or_file) != names.end()) return scene(name_or_file, set);
-  const bool urdf = name_or_file.ends_with(".urdf");
-  const bool path = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml") || urdf;
+  const bool path = name_or_file.find('/') != std::string::npos || name_or_file.ends_with(".toml") ||
+                    name_or_file.ends_with(".urdf");
   std::error_code none;
   if (!path && !std::filesystem::exists(name_or_file, none))
     refuse("scene", "SCENE", name_or_file, "needs to be a file or " + one_of(names, name_or_file));
@@ -304,7 +320,21 @@ Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
     refuse_at(name_or_file, {}, std::to_string(size) + " bytes", "needs to have 100 MB at most");
   std::ostringstream text;
   if (stream.peek() != std::ifstream::traits_type::eof()) text << stream.rdbuf();
-  return urdf ? read_urdf(text.view(), name_or_file, set) : read_scene(text.view(), name_or_file, set);
+  return std::move(text).str();
+}
+
+}  // namespace
+
+Scene load_scene(const std::string& name_or_file, const SceneParameters& set) {
+  if (built_in(name_or_file)) return scene(name_or_file, set);
+  const std::string text = text_of(name_or_file);
+  return name_or_file.ends_with(".urdf") ? read_urdf(text, name_or_file, set)
+                                         : read_scene(text, name_or_file, set);
+}
+
+std::vector<UserEvent> load_events(const std::string& name_or_file, const SceneParameters& set) {
+  if (built_in(name_or_file) || name_or_file.ends_with(".urdf")) return {};
+  return read_events(text_of(name_or_file), name_or_file, set);
 }
 
 }  // namespace perp

@@ -44,7 +44,6 @@ struct UserEvent {
   /// What then: it may change q and nu (of fixed steps: of the state at the end of the step), and says whether the run goes on.
   /// Empty: the time is marked and the run goes on.
   std::function<bool(const Model&, State&)> then = {};
-  Recipe recipe = {};  ///< of those of scene files
 
   bool passes(double before, double after) const {
     return (direction >= 0 && before < 0 && after >= 0) || (direction <= 0 && before > 0 && after <= 0);

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "perp/model/model.hpp"
-#include "perp/step/trajectory.hpp"
 
 namespace perp {
 
@@ -27,7 +26,6 @@ struct Scene {
   State start;
   double t_end = 1;  ///< [s] default length of a run
   std::vector<SceneParameter> parameters;
-  std::vector<UserEvent> events = {};  ///< for SimulateOptions::events
   std::vector<std::string>
       unused;  ///< what of the file that it was read from does not enter, and where it stands
 
