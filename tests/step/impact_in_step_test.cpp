@@ -179,6 +179,25 @@ TEST_CASE("what comes down no faster than loads make it in a step is thrown back
   CHECK(x.nu[2] == Approx(0.005).epsilon(1e-12));
 }
 
+TEST_CASE("a ball that bounces under ncp2 loses the power that its page says", "[impact][step]") {
+  const double h = GENERATE(0.01, 0.005), g = 9.81, t_end = 30;
+  Model model;
+  const BodyId ball = model.add_particle(1);
+  const Gap floor = [](const Pose&, const Pose& X, double) {
+    return ContactPoint{.gap = X.p.z(), .normal = Vector3::UnitZ(), .point = X.p};
+  };
+  model.add_contact(ground, ball, floor, {.e = 1});
+  State x = model.rest();
+  model.set_position(x, ball, {0, 0, 10});
+  const double before = model.energy(x);
+  const auto stepper = make_stepper("ncp2");
+  for (int i = 0; i < std::lround(t_end / h); ++i) REQUIRE(stepper->step(model, x, h).advanced());
+  const double lost = before - model.energy(x), expected = g * g * h / 4 * t_end;
+  CAPTURE(h, lost, expected);
+  CHECK(lost > 0.6 * expected);  // ten bounces, each somewhere in its step
+  CHECK(lost < 1.4 * expected);
+}
+
 TEST_CASE("the seed's own rows spread an impact over two steps", "[impact][step][lcp]") {
   LcpStepper seed({.whole_impacts = false}), whole;
   Random random(5);
