@@ -4,6 +4,20 @@
 
 namespace perp {
 
+double factor_work(const BlockPattern& pattern, int rows) {
+  const std::vector<int> order = elimination_order(pattern);
+  std::vector<int> rank(order.size());
+  for (size_t k = 0; k < order.size(); ++k) rank[static_cast<size_t>(order[k])] = static_cast<int>(k);
+  const EliminationStructure structure = eliminate(pattern, order, rank);
+  double factors = 0, solution = 0;
+  for (size_t k = 0; k + 1 < structure.start.size(); ++k) {
+    const double later = structure.start[k + 1] - structure.start[k];
+    factors += 1 + later + later * later;
+    solution += 1 + 2 * later;
+  }
+  return rows * rows * (rows * factors + 3 * solution);
+}
+
 LocalOperator::LocalOperator(BlockPattern pattern, Blocks3 values)
     : pattern_(std::move(pattern)), values_(std::move(values)) {
   const int n = pattern_.size();
@@ -20,6 +34,14 @@ Vector3 LocalOperator::row(int i, const Columns3& r) const {
   for (int e = pattern_.row_start[i]; e < pattern_.row_start[i + 1]; ++e)
     sum.noalias() += values_[e] * r.col(pattern_.column[e]);
   return sum;
+}
+
+double LocalOperator::sweep_work() const {
+  return 9.0 * static_cast<double>(values_.size()) + one_contact_work * pattern_.size();
+}
+
+double LocalOperator::newton_work() {
+  return factor_work(pattern_, 3) + 27.0 * static_cast<double>(values_.size());
 }
 
 void LocalOperator::apply(const Columns3& r, Columns3& Wr) const {
