@@ -81,6 +81,7 @@ Gain gain_of(const Step& s) {
                b.mass * (s.h * s.scene.gravity).squaredNorm();
     size += weight.norm() * s.y.bodies[i].at.p.norm();
   }
+  g.rounding = 1e-13 * (size + std::abs(potential_x) + after);
   g.size += weights + 1e-11 * (size + std::abs(potential_x) + after);
   return g;
 }

@@ -8,7 +8,7 @@ namespace checker {
 /// Of a run's steps together: energy at their end less that at their start, less the work of loads that have no potential, of prescribed
 /// bodies, of motions; and the size of what was added up.
 struct Gain {
-  double gain = 0, size = 0;
+  double gain = 0, size = 0, rounding = 0;
 };
 [[nodiscard]] Gain gain_of(const Step& s);
 

@@ -22,6 +22,13 @@ bool weight_alone(const Scene& scene, int body) {
   return true;
 }
 
+/// A speed that is nothing beside those that weights give over the scene's lengths.
+double nothing(const Step& s) {
+  double farthest = 0;
+  for (const BodyState& b : s.y.bodies) farthest = std::max(farthest, b.at.p.norm());
+  return 1e-12 * std::sqrt(9.81 * farthest);
+}
+
 double size_of(const Body& b) { return b.turns() ? std::sqrt(b.inertia().trace() / b.mass) : 0; }
 
 double size_of(const Step& s, const Touch& c) {
@@ -40,7 +47,9 @@ void judge_momentum(Step& s) {
     const Body& b = s.scene.bodies[at(i)];
     if (!b.moves() || jointed(s, s.island[at(i)])) continue;
     const BodyState &x = s.x.bodies[at(i)], &y = s.y.bodies[at(i)];
-    const double limit = jump ? s.allowed(s.speed_of(i), sums[at(i)].linear_size) : by_rule * s.speed_of(i);
+    const double limit =
+        (jump ? s.allowed(s.speed_of(i), sums[at(i)].linear_size) : by_rule * s.speed_of(i)) +
+        s.place_rounding();
     if (jump || weight_alone(s.scene, i)) {
       Vector3d left = b.mass * (y.v - x.v - s.h * s.scene.gravity) - sums[at(i)].linear;
       if (b.kind == Kind::Planar) left.z() = 0;
@@ -123,11 +132,16 @@ void judge_accelerations(Step& s) {
 void judge_contact(Step& s, const ContactRow& c, const Touch& t) {
   constexpr double near = 1e-6;
   const bool jump = s.h == 0 && !(c.f.norm() > 0);
+  s.fault("normal", c.contact + " gap", std::abs(c.gap - t.gap), 1e-10 * (t.turns ? 1 : size_of(s, t)));
   const Vector3d force = jump ? c.p : c.f;
   if (!force.allFinite() || force.isZero(0)) return;
   const double n = t.normal.dot(force);
   const Vector3d f = force - n * t.normal;
-  const double size = force.norm();
+  double size = force.norm(), weight = 0;  // what is nearly nothing beside weights is noise
+  for (const int i : {t.a, t.b})
+    if (s.scene.bodies[at(i)].moves())
+      weight = std::max(weight, s.scene.bodies[at(i)].mass * s.scene.gravity.norm());
+  if (!jump) size = std::max(size, weight);
   s.fault("normal", c.contact + " normal direction", (c.normal - t.normal).norm(), 1e-9);
   s.fault("normal", c.contact + " pulls", -n, near * size);
   s.fault("cone", c.contact, f.norm() - t.mu * std::max(n, 0.0), near * size);
@@ -135,8 +149,10 @@ void judge_contact(Step& s, const ContactRow& c, const Touch& t) {
   const double un = t.normal.dot(u), speed = s.speed_of(t);
   const Vector3d u_t = u - un * t.normal;
   if (!t.turns)
-    s.fault("normal", c.contact + (jump ? " goes on" : " leaves"), jump ? -un : std::abs(un), near * speed);
+    s.fault("normal", c.contact + (jump ? " goes on" : " leaves"), jump ? -un : std::abs(un),
+            (jump ? near : 0.1 * near) * speed + nothing(s));
   if (t.stop || u_t.norm() < 1e-3 * speed) return;
+  if (!jump && n < near * weight) return;
   s.fault("friction", c.contact, (f + t.mu * n * u_t.normalized()).norm(), 1e-5 * size);
 }
 
@@ -163,7 +179,7 @@ void judge_event(Step& s, const Run& run, double tolerance) {
     driven = driven || !s.scene.bodies[i].motion.kind.empty();
   if (driven) return;
   const Gain g = gain_of(s);
-  s.fault("energy", "", g.gain, 1e-6 * g.size);
+  s.fault("energy", "", g.gain, 1e-6 * g.size + g.rounding);
 }
 
 }  // namespace checker

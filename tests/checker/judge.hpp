@@ -23,7 +23,7 @@ struct Judgement {
 
 /// Pass marks, relative to the speeds of a step's start, its loads and prescribed motions; what is added up rounds.
 struct Marks {
-  double speed = 1e-8;  // of the speeds of an island [-]
+  double speed = 1e-9;  // of the speeds of an island [-]
   double rounding = 64 * std::numeric_limits<double>::epsilon();
   double most = 4e-6;  // of the speeds: what rounding may come to
 };

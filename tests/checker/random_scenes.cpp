@@ -1,5 +1,5 @@
 // Random scenes under the methods, every step judged by a checker that shares nothing with the library but the files.
-//   random_scenes --seed A --count N [--shard i/n] [--methods lcp,ncp,...] [--program PERP] [--failures DIR] [--each FILE]
+//   random_scenes --seed A --count N [--shard i/n] [--methods lcp,ncp,...] [--program PERP] [--failures DIR] [--each FILE] [--units]
 #include <unistd.h>
 #include <cstdio>
 #include <cstdlib>
@@ -10,15 +10,49 @@
 
 #include "tally.hpp"
 
+namespace {
+
+/// Each scene in other units, drawn too: lengths times 1e-9 to 1e9, masses times 1e-18 to 1e18.
+int run_units(const checker::TallyOptions& options) {
+  std::size_t runs = 0, differ = 0;
+  for (std::uint64_t seed = options.seed; seed < options.seed + options.count; ++seed) {
+    if (seed % options.shards != options.shard) continue;
+    checker::Random random(seed ^ 0x756e697473ULL);
+    const double length = random.decades(-9, 9), mass = random.decades(-18, 18);
+    for (const std::string& method : options.methods) {
+      std::string how;
+      try {
+        how = checker::units_differ(checker::random_scene(seed), method, length, mass, options.trial);
+      } catch (const std::exception& error) {
+        how = error.what();
+      }
+      ++runs;
+      if (how.empty()) continue;
+      ++differ;
+      std::printf("seed %llu, %s, lengths times %.3g, masses times %.3g: %s\n",
+                  static_cast<unsigned long long>(seed), method.c_str(), length, mass, how.c_str());
+    }
+  }
+  std::printf("%zu runs, %zu differ\n", runs, differ);
+  return differ > 0 ? 1 : 0;
+}
+
+}  // namespace
+
 int main(int count, char** arguments) {
   checker::TallyOptions options;
   options.trial.folder = "/tmp/random-scenes-" + std::to_string(getpid());
   std::string table;
   std::FILE* each = nullptr;
+  bool units = false;
   for (int i = 1; i < count; ++i) {
     const std::string key = arguments[i];
     if (key == "--aloud") {
       options.aloud = true;
+      continue;
+    }
+    if (key == "--units") {
+      units = true;
       continue;
     }
     if (key == "--no-energy") {
@@ -64,6 +98,7 @@ int main(int count, char** arguments) {
   std::printf("seeds %llu to %llu, shard %zu of %zu\n", static_cast<unsigned long long>(options.seed),
               static_cast<unsigned long long>(options.seed + options.count - 1), options.shard,
               options.shards);
+  if (units) return run_units(options);
   const checker::Tally tally = checker::run_scenes(options);
   if (each != nullptr) std::fclose(each);
   const std::string text = checker::table_of(tally);

@@ -18,12 +18,18 @@ std::string folder() {
   return path.string();
 }
 
+TrialOptions options() {
+  TrialOptions options;
+  options.folder = folder();
+  return options;
+}
+
 /// Nothing of a shard of a hundred seeds is wrong but what is known to be.
 void check_shard(std::size_t shard) {
   for (std::uint64_t seed = 100 * shard + 1; seed <= 100 * shard + 100; ++seed) {
     const RandomScene random = random_scene(seed);
     for (const char* method : {"lcp", "ncp", "ncp2", "event"}) {
-      const Trial trial = try_scene(random, method, {.folder = folder()});
+      const Trial trial = try_scene(random, method, options());
       if (known_wrong(seed, method)) continue;
       CAPTURE(seed, method, trial.reason);
       for (const Fault& f : trial.judgement.faults)
@@ -105,7 +111,7 @@ std::vector<Lie> lies() {
 
 TEST_CASE("The checker finds every number that is changed by a millionth of its scale", "[checker]") {
   const std::string method = GENERATE("lcp", "ncp", "ncp2", "event");
-  const TrialOptions options{.folder = folder()};
+  const TrialOptions options = ::options();
   REQUIRE(run_scene(slider, method, 0.01, 0.05, options).empty());
   const Scene scene = read_scene(options.folder + "/scene.toml");
   const Run truth = read_run(scene, options.folder + "/out");

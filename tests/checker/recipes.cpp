@@ -1,4 +1,5 @@
 // The recipes of random scenes.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -150,6 +151,10 @@ void make_pile(Maker& m) {
   for (int i = 0; i < count; ++i)
     for (int j = 0; j < i; ++j) {
       const auto a = static_cast<std::size_t>(j), b = static_cast<std::size_t>(i);
+      const bool known = std::any_of(m.scene.contacts.begin(), m.scene.contacts.end(), [&](const Contact& c) {
+        return c.a == spheres[a] && c.b == spheres[b];
+      });
+      if (known) continue;
       if ((m.at(spheres[a]).rest.p - m.at(spheres[b]).rest.p).norm() <= 1.0001 * (radii[a] + radii[b]))
         continue;
       m.contact("sphere_on_sphere", spheres[a], spheres[b]).size = {{"radius_a", {radii[a]}},

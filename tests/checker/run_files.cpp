@@ -13,11 +13,15 @@ Csv::Csv(const std::string& path) {
   if (!file) throw std::runtime_error("cannot read " + path);
   std::string line;
   const auto cells = [&] {
-    std::vector<std::string> all;
-    std::string cell;
-    std::istringstream stream(line);
-    while (std::getline(stream, cell, ',')) all.push_back(cell);
-    if (!line.empty() && line.back() == ',') all.emplace_back();
+    std::vector<std::string> all(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') quoted = !quoted;
+      if (c == ',' && !quoted)
+        all.emplace_back();
+      else if (c != '"')
+        all.back() += c;
+    }
     return all;
   };
   std::getline(file, line);

@@ -32,7 +32,7 @@ Place Body::first() const { return starts_elsewhere ? start : rest; }
 
 std::string digits(double number) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.17g", number);
+  std::snprintf(text, sizeof text, "%.17g", number + 0.0);  // and no -0
   return text;
 }
 
@@ -239,7 +239,9 @@ class Table {
   }
   Quaterniond orientation(const Quaterniond& otherwise) {
     const std::vector<double> x = numbers("orientation");
-    return x.empty() ? otherwise : Quaterniond(x.at(0), x.at(1), x.at(2), x.at(3)).normalized();
+    if (x.empty()) return otherwise;
+    const Quaterniond q(x.at(0), x.at(1), x.at(2), x.at(3));
+    return std::abs(q.norm() - 1) < 1e-14 ? q : q.normalized();
   }
   const toml::value& at(const std::string& key) {
     asked_.insert(key);

@@ -142,12 +142,16 @@ void Step::find_speeds() {
 /// Contacts that carry something and came in faster than the loads of two steps make them; and what may have been struck: lcp asks
 /// all contacts again where one is.
 void Step::find_strikes() {
+  constexpr double near = 1e-7;  // of speeds: what is at rest may seem to come in
   for (const ContactRow& c : contacts) {
     const Touch* t = touch(at_x, c.contact);
     if (t == nullptr) continue;
     const double un = t->normal.dot(relative_velocity(scene, x, *t));
+    // with restitution whatever comes in rebounds, be it by rounding
+    const double scale = t->turns ? std::abs(un) : speed_of(*t);
+    const bool comes_in = un < (t->e > 0 ? 1e-12 : -near) * scale || (t->turns && un < 0);
     for (const int body : {t->a, t->b})
-      if (un < 0 && island[at(body)] >= 0 && (!c.p.isZero(0) || closed(c.contact)))
+      if (comes_in && island[at(body)] >= 0 && (!c.p.isZero(0) || closed(c.contact)))
         struck[at(island[at(body)])] = 1;
     if (c.p.isZero(0)) continue;
     has_loaded = true;

@@ -41,7 +41,11 @@ struct TrialOptions {
 /// The same scene where x begins.
 [[nodiscard]] RandomScene begun_at(const RandomScene& random, const State& x);
 
-/// Lengths times `length`, masses times `mass`, times by the square root of length.
+/// Lengths times `length`, masses times `mass`, times by the square root of length; without motors and forces.
 [[nodiscard]] RandomScene scaled(const RandomScene& random, double length, double mass);
+
+/// How runs of a scene in two units differ; empty if places and speeds have the same nine digits.
+[[nodiscard]] std::string units_differ(const RandomScene& random, const std::string& method, double length,
+                                       double mass, const TrialOptions& options);
 
 }  // namespace checker
