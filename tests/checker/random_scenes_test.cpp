@@ -156,17 +156,15 @@ TEST_CASE("A failure is shrunk to a scene that still fails and has less", "[chec
   CHECK(least.steps == 1);
 }
 
-#define SHARD(n)                                                                                  \
-  TEST_CASE("No step of a hundred random scenes is worse than it says: shard " #n, "[checker]") { \
-    check_shard(n);                                                                               \
-  }
-SHARD(0)
-SHARD(1)
-SHARD(2)
-SHARD(3)
-SHARD(4)
-SHARD(5)
-SHARD(6)
-SHARD(7)
-SHARD(8)
-SHARD(9)
+#define SHARD(n, tags) \
+  TEST_CASE("No step of a hundred random scenes is worse than it says: shard " #n, tags) { check_shard(n); }
+SHARD(0, "[checker]")
+SHARD(1, "[checker]")
+SHARD(2, "[checker][slow]")
+SHARD(3, "[checker][slow]")
+SHARD(4, "[checker][slow]")
+SHARD(5, "[checker][slow]")
+SHARD(6, "[checker][slow]")
+SHARD(7, "[checker][slow]")
+SHARD(8, "[checker][slow]")
+SHARD(9, "[checker][slow]")

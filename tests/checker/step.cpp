@@ -213,7 +213,7 @@ double Step::allowed(double of, double added_up) const {
 }
 
 void Step::fault(const std::string& part, const std::string& of, double value, double limit) {
-  if (value <= limit) return;
+  if (value <= limit || !std::isfinite(limit)) return;  // a NaN of a finite limit is a fault too
   faults.push_back({index, part, of, value, limit});
 }
 
