@@ -18,6 +18,23 @@ double kinematic_error(const Step& s, int i) {
   return error;
 }
 
+Matrix3d cross(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+/// The angular velocity at the end of a step without reactions, J (w_f - w) = h (torque - w_f x J w_f), body axes, by Newton's method.
+Vector3d free_end(const Matrix3d& J, const Vector3d& w, const Vector3d& torque, double h) {
+  Vector3d end = w;
+  for (int i = 0; i < 30; ++i) {
+    const Vector3d left = J * (end - w) + h * (end.cross(J * end) - torque);
+    const Matrix3d slope = J + h * (cross(end) * J - cross(J * end));
+    end -= slope.inverse() * left;
+  }
+  return end;
+}
+
 }  // namespace
 
 void judge_balance(Step& s) {
@@ -64,8 +81,16 @@ void judge_balance(Step& s) {
     const Matrix3d J = b.inertia();
     const Vector3d w_x = x.at.q.conjugate() * x.w, w_y = y.at.q.conjugate() * y.w,
                    w_k = w.at.q.conjugate() * w.w;
-    Vector3d angular = J * (w_y - w_x) + s.h * w_k.cross(J * w_k) -
-                       w.at.q.conjugate() * (s.h * load[at(i)].moment + sums[at(i)].angular);
+    const Vector3d torque = w.at.q.conjugate() * load[at(i)].moment;
+    const Vector3d known = J * (w_y - w_x) - s.h * torque - w.at.q.conjugate() * sums[at(i)].angular;
+    Vector3d angular = known + s.h * w_k.cross(J * w_k);
+    if (!end &&
+        b.kind ==
+            Kind::Spatial) {  // lcp: the gyroscopic moment of the free end; once it was that of the start
+      const Vector3d w_f = free_end(J, w_x, torque, s.h);
+      const Vector3d other = known + s.h * w_f.cross(J * w_f);
+      if (s.angular_speed(i, other) < s.angular_speed(i, angular)) angular = other;
+    }
     if (b.kind == Kind::Planar) angular = angular.z() * Vector3d::UnitZ();
     const double turn_size = sums[at(i)].angular_size + s.angular_speed(i, J * w_x) +
                              s.angular_speed(i, J * w_y) +
