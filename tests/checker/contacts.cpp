@@ -107,9 +107,14 @@ void judge_normal(Step& s, const NormalLaw& law, const ContactRow* row) {
     s.fault("normal", c.name + " acts at a distance", std::min(law.slack * length, p), limit);
     return;
   }
-  const double before = std::min(c.normal.dot(relative_velocity(s.scene, s.x, c)), 0.0);
-  const double free = (law.after + c.e * before) * length;
-  s.fault("normal", c.name + " rebounds", std::min(std::abs(free), free < 0 ? std::abs(free) : p), 4 * limit);
+  // Newton's law; where it would add energy Moreau's, then e = 0
+  const double before = c.normal.dot(relative_velocity(s.scene, s.x, c));
+  double error = std::numeric_limits<double>::infinity();
+  for (const double u : {std::min(before, 0.0), before, 0.0}) {
+    const double free = (law.after + c.e * u) * length;
+    error = std::min(error, free < 0 ? -free : std::min(free, p));
+  }
+  s.fault("normal", c.name + " rebounds", error, 4 * limit);
 }
 
 const ContactRow* row_of(const Step& s, const std::string& name) {
