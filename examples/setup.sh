@@ -1,7 +1,7 @@
 # Sourced by examples/run and tests/run from the project's root: installs what is missing, configures, builds.
 
 required=(g++ cmake ninja-build libeigen3-dev libcli11-dev libtoml11-dev libboost-dev catch2)
-optional=(gnuplot-nox coinor-libipopt-dev libnlopt-dev libsundials-dev libhdf5-dev liburdfdom-dev clang-format doxygen)
+optional=(gnuplot-nox coinor-libipopt-dev libnlopt-dev libqhull-dev libsundials-dev libhdf5-dev liburdfdom-dev clang-format doxygen)
 
 say() { printf '== %s\n' "$*"; }
 

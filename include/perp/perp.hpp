@@ -27,6 +27,7 @@
 #include "perp/model/inertia.hpp"
 #include "perp/model/joint.hpp"
 #include "perp/model/model.hpp"
+#include "perp/model/shape.hpp"
 #include "perp/model/state.hpp"
 
 #include "perp/instant/instant.hpp"

@@ -56,10 +56,16 @@ void report_model(const Scene& scene, const Instant& now) {
     if (b.nv > 0 && b.mass > 0) std::printf(", %s kg", shortest(b.mass).c_str());
     std::printf(", at %s m\n", triple(now.X[static_cast<std::size_t>(i)].p).c_str());
   }
-  for (const Contact& c : model.contacts())
-    std::printf("contact %s: %s on %s, %d point%s, mu = %s, e = %s\n", c.name.c_str(),
+  std::size_t off = 0;
+  for (const Contact& c : model.contacts()) {
+    off += c.off ? 1 : 0;
+    if (c.off) continue;
+    std::printf("contact %s: %s on %s, %d point%s, mu = %s, e = %s%s\n", c.name.c_str(),
                 model.body(c.b).name.c_str(), model.body(c.a).name.c_str(), c.gap.points(),
-                c.gap.points() == 1 ? "" : "s", shortest(c.mu).c_str(), shortest(c.e).c_str());
+                c.gap.points() == 1 ? "" : "s", shortest(c.mu).c_str(), shortest(c.e).c_str(),
+                c.shape_a >= 0 ? ", found of shapes" : "");
+  }
+  if (off > 0) std::printf("pairs of shapes that do not touch: %zu\n", off);
   for (const JointGeometry& j : model.joints())
     std::printf("joint %s: %s to %s, %zu equations\n", j.name.c_str(), model.body(j.a).name.c_str(),
                 model.body(j.b).name.c_str(), j.rows.size());

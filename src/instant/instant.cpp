@@ -235,6 +235,7 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
   for (std::size_t k = 0; k < looked_at; ++k) {
     const std::size_t i = only == nullptr ? k : static_cast<std::size_t>((*only)[k]);
     const Contact& contact = model.contacts()[i];
+    if (contact.off) continue;
     const auto a = static_cast<std::size_t>(contact.a.index), b = static_cast<std::size_t>(contact.b.index);
     if (contact.stop.joint >= 0) {
       ContactInstant& c = s.contacts.emplace_back();

@@ -33,6 +33,7 @@ void NearContacts::reset(const Model& model) {
   watched_.clear();
   near_.clear();
   for (std::size_t i = 0; i < model.contacts().size(); ++i) {
+    if (model.contacts()[i].off) continue;
     double lever = 0;
     const bool known = selective_ && levers_of(model, model.contacts()[i], lever);
     (known ? watched_ : always_).push_back(static_cast<int>(i));

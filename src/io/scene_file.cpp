@@ -9,6 +9,7 @@
 #include "io/scene_gaps.hpp"
 #include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
+#include "io/scene_shapes.hpp"
 #include "io/scene_table.hpp"
 #include "io/scene_words.hpp"
 #include "io/units.hpp"
@@ -26,7 +27,7 @@ class SceneReader {
   Scene read(const TomlValue& toml) {
     const SceneTable root(toml, source_);
     root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
-                "joint_spring", "spring", "contact", "force"});
+                "joint_spring", "spring", "contact", "force", "shape", "material_pair", "no_contact"});
     if (root.has("parameters")) parameters(root.table("parameters"));
     for (const auto& [name, value] : set_) need_parameter(name);
     scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
@@ -38,16 +39,23 @@ class SceneReader {
 
     source_.bodies = {model().body(ground).name};
     source_.body_of = {{source_.bodies[0], 0}};
+    shapes_ = read_shapes(root);
     for (const SceneTable& table : root.tables("body")) body(table);
     for (const SceneTable& table : root.tables("joint")) read_joint(table, model());
     for (const SceneTable& table : root.tables("limit")) read_limit(table, model());
     for (const SceneTable& table : root.tables("motor")) read_motor(table, model());
     for (const SceneTable& table : root.tables("joint_spring")) read_joint_spring(table, model());
     for (const SceneTable& table : root.tables("spring")) spring(table);
+    for (const SceneTable& table : root.tables("no_contact")) no_contact(table);
+    for (const SceneShape& shape : shapes_) add_shape(shape);
+    for (const SceneTable& table : root.tables("material_pair")) read_material_pair(table, model());
     for (const SceneTable& table : root.tables("contact")) contact(table);
     for (const SceneTable& table : root.tables("force")) read_force(table, model());
     scene_.start = model().rest();
     for (const SceneTable& table : root.tables("body")) start(table);
+    if (leave_out_overlapping_)
+      for (const std::string& pair : model().leave_out_overlapping(scene_.start))
+        scene_.unused.push_back("contact of '" + pair + "': the shapes overlap at the start");
     return std::move(scene_);
   }
 
@@ -163,6 +171,39 @@ class SceneReader {
     }
   }
 
+  /// Whether mass and inertia are those of the body's shapes.
+  bool by_shapes(const SceneTable& body) const {
+    return !body.has("mass") && !body.has("inertia") &&
+           std::any_of(shapes_.begin(), shapes_.end(), [&](const SceneShape& s) { return s.body == body.name(); });
+  }
+
+  Inertia inertia_by_shapes(const SceneTable& body) const {
+    const MassProperties mass = mass_by_shapes(shapes_, body);
+    return body.placed([&] { return Inertia(mass.mass, mass.J); });
+  }
+
+  void add_shape(const SceneShape& s) {
+    const BodyId id = s.table.body("body");
+    s.table.placed([&] {
+      model().add_shape(id, s.shape, s.options);
+      return 0;
+    });
+  }
+
+  /// A pair of bodies, or overlapping = "at the start": all pairs of shapes that do.
+  void no_contact(const SceneTable& table) {
+    if (table.has("overlapping")) {
+      table.allow({"overlapping"});
+      const TomlValue& value = table.toml().find("overlapping")->value;
+      if (value.kind != TomlValue::Kind::Text || value.text != "at the start")
+        table.refuse("overlapping", value.described(), "needs to be \"at the start\"");
+      leave_out_overlapping_ = true;
+      return;
+    }
+    table.allow({"a", "b"});
+    model().no_contact(table.body("a"), table.body("b"));
+  }
+
   void body(const SceneTable& table) {
     table.allow({"name", "kind", "mass", "inertia", "position", "orientation", "angle", "start", "velocity",
                  "angular_velocity", "angular_velocity_body", "motion"});  // of some kind; below of its own
@@ -175,7 +216,7 @@ class SceneReader {
         table.allow({"name", "kind", "mass", "inertia", "position", "orientation", "start", "velocity",
                      "angular_velocity", "angular_velocity_body"});
         options.pose = pose(table, {}, kind);
-        const Inertia J = inertia(table);
+        const Inertia J = by_shapes(table) ? inertia_by_shapes(table) : inertia(table);
         table.placed([&] { return model().add_body(J, options); });
         break;
       }
@@ -183,8 +224,9 @@ class SceneReader {
         table.allow({"name", "kind", "mass", "inertia", "position", "angle", "orientation", "start",
                      "velocity", "angular_velocity"});
         options.pose = pose(table, {}, kind);
-        const double mass = table.number("mass", Dimension::Mass),
-                     J = table.number("inertia", Dimension::Inertia);
+        const MassProperties made = by_shapes(table) ? mass_by_shapes(shapes_, table) : MassProperties{};
+        const double mass = by_shapes(table) ? made.mass : table.number("mass", Dimension::Mass),
+                     J = by_shapes(table) ? made.J(2, 2) : table.number("inertia", Dimension::Inertia);
         table.placed([&] { return model().add_planar_body(mass, J, options); });
         break;
       }
@@ -277,6 +319,8 @@ class SceneReader {
   SceneSource source_;
   Scene scene_;
   int started_ = 0;
+  std::vector<SceneShape> shapes_;
+  bool leave_out_overlapping_ = false;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "io/scene_gaps.hpp"
 #include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
+#include "io/scene_shapes.hpp"
 #include "io/scene_text.hpp"
 #include "io/scene_words.hpp"
 #include "perp/core/errors.hpp"
@@ -38,6 +39,7 @@ class SceneWriter {
     for (int i = 1; i < static_cast<int>(model_.bodies().size()); ++i) body({i});
     out_ += write_joints(model_, [&](const std::string& what) { cannot_say(scene_, what); });
     for (const Spring& s : model_.springs()) spring(s);
+    out_ += write_shapes(model_);
     for (std::size_t i = 0; i < model_.contacts().size(); ++i) contact(model_.contacts()[i], i);
     for (const BodyForce& force : model_.forces()) {
       if (!force.recipe.known()) cannot_say(scene_, "force on '" + model_.body(force.body).name + "'");
@@ -145,7 +147,7 @@ class SceneWriter {
   }
 
   void contact(const Contact& contact, std::size_t i) {
-    if (contact.stop.joint >= 0) return;  // said by its joint's limit
+    if (contact.stop.joint >= 0 || contact.shape_a >= 0) return;  // said by its joint's limit, by its shapes
     if (!contact.gap.recipe().known()) cannot_say(scene_, "gap of contact '" + contact.name + "'");
     out_ += "\n[[contact]]\n";
     if (contact.name != "contact " + std::to_string(i + 1)) line("name", in_quotes(contact.name));

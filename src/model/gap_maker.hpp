@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 
 #include "perp/core/errors.hpp"
 #include "perp/model/gaps.hpp"
@@ -40,6 +41,20 @@ Gap gap_of(std::string_view maker, Shape shape, const Arguments& arguments) {
         shape.differentiate(X_WA, X_WB, out);
       });
   gap.levers(shape.lever_a(), shape.lever_b());
+  gap.made_by({maker, arguments, {}});
+  return gap;
+}
+
+/// The gap of a pair of shapes: the same concept, shared by its copies; its `differentiate` clears what it fills.
+template <class Pair>
+Gap gap_of_pair(std::string_view maker, Pair made, const Arguments& arguments) {
+  const auto pair = std::make_shared<const Pair>(std::move(made));
+  Gap gap = Gap::patch(pair->points(), [pair](const Pose& X_WA, const Pose& X_WB, double,
+                                              std::span<ContactPoint> out) { pair->evaluate(X_WA, X_WB, out); });
+  gap.differentiated_by([pair](const Pose& X_WA, const Pose& X_WB, double, std::span<ContactDerivative> out) {
+    pair->differentiate(X_WA, X_WB, out);
+  });
+  gap.levers(pair->lever_a(), pair->lever_b());
   gap.made_by({maker, arguments, {}});
   return gap;
 }

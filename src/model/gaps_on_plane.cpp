@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "model/gap_maker.hpp"
+#include "model/pairs/round_on_plane.hpp"
 
 namespace perp {
 namespace {
@@ -43,7 +44,7 @@ struct BallsOnPlane {
 
 /// An ellipsoid about a point of B, its axes B's; a semi-axis of 0 makes it flat, as an ellipse or a disc is. Its lowest point
 /// in the direction -m (unit, B's axes) is x = centre - D m/s, D = diag(a²), s = √(m·D m), its support there -s.
-struct EllipsoidOnPlane {
+struct LowestOfEllipsoid {
   Vector3 squares;  // a², b², c²
   Plane plane;
   Vector3 centre = Vector3::Zero();  // B's axes
@@ -55,7 +56,7 @@ struct EllipsoidOnPlane {
   struct Lowest {
     double support;
     Vector3 point;  // B's axes
-    Lowest(const EllipsoidOnPlane& shape, const Vector3& m) {
+    Lowest(const LowestOfEllipsoid& shape, const Vector3& m) {
       const Vector3 Dm = shape.squares.cwiseProduct(m);
       support = std::sqrt(m.dot(Dm));
       const Vector3 below =
@@ -138,15 +139,14 @@ Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane, const Vecto
   for (const double a : semi_axes) length("ellipsoid_on_plane", "semi_axes", a);
   if (!centre.allFinite()) refuse("ellipsoid_on_plane", "centre", "not finite", "needs finite entries [m]");
   return gap_of("ellipsoid_on_plane",
-                EllipsoidOnPlane{semi_axes.cwiseAbs2(), unit("ellipsoid_on_plane", plane), centre},
+                LowestOfEllipsoid{semi_axes.cwiseAbs2(), unit("ellipsoid_on_plane", plane), centre},
                 Arguments() << semi_axes << plane << centre);
 }
 
 Gap disc_on_plane(double radius, const Plane& plane) {
   length("disc_on_plane", "radius", radius);
-  const double square = radius * radius;
-  return gap_of("disc_on_plane", EllipsoidOnPlane{{square, square, 0}, unit("disc_on_plane", plane)},
-                Arguments() << radius << plane);
+  return gap_of_pair("disc_on_plane", RimsOnPlane({Vector3::Zero()}, radius, unit("disc_on_plane", plane)),
+                     Arguments() << radius << plane);
 }
 
 Gap disc_on_line(double radius, const Plane& line) {
@@ -158,7 +158,7 @@ Gap disc_on_line(double radius, const Plane& line) {
 Gap ellipse_on_line(double a, double b, const Plane& line) {
   length("ellipse_on_line", "a", a);
   length("ellipse_on_line", "b", b);
-  return gap_of("ellipse_on_line", EllipsoidOnPlane{{a * a, b * b, 0}, unit("ellipse_on_line", line)},
+  return gap_of("ellipse_on_line", LowestOfEllipsoid{{a * a, b * b, 0}, unit("ellipse_on_line", line)},
                 Arguments() << a << b << line);
 }
 

@@ -157,8 +157,11 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
 
 void Model::add(Contact contact) {
   points_ += contact.gap.points();
-  for (int i = 0; i < contact.gap.points(); ++i)
-    add_name(point_names_, contact.gap.points() == 1 ? contact.name : contact.name + "." + std::to_string(i));
+  const char* between = contact.shape_a >= 0 ? "|" : ".";
+  for (int i = 0; i < contact.gap.points(); ++i) {
+    const std::string point = contact.gap.point_name(i);
+    add_name(point_names_, point.empty() || contact.gap.points() == 1 ? contact.name : contact.name + between + point);
+  }
   contacts_.push_back(std::move(contact));
   changed();
 }
@@ -199,7 +202,7 @@ JointId Model::add_joint(const Joint& joint) {
   else
     for (const JointCoordinate& c : g.coordinates) add_name(joint_names_, g.name + "." + std::string(c.name));
   joints_.push_back(std::move(g));
-  changed();
+  no_contact(joint.a, joint.b);
   return {static_cast<int>(joints_.size()) - 1};
 }
 

@@ -64,6 +64,16 @@ class Gap {
     return *this;
   }
 
+  /// What each of its points is called after the contact's name: "" or a feature of the shapes, "b3".
+  Gap& named_by(std::function<std::string(int point)> name) {
+    name_ = std::move(name);
+    return *this;
+  }
+  /// By default the point's number, nothing of a single point.
+  std::string point_name(int point) const {
+    return name_ ? name_(point) : points_ == 1 ? std::string() : std::to_string(point);
+  }
+
   /// The derivatives that go with `evaluate`.
   Gap& differentiated_by(PatchDerivative derivative) {
     derivative_ = std::move(derivative);
@@ -100,6 +110,7 @@ class Gap {
   PatchDerivative derivative_;  // may be empty
   double lever_a_ = infinity, lever_b_ = infinity;
   Recipe recipe_;
+  std::function<std::string(int)> name_;  // may be empty
 };
 
 /// What check_gap found, each the largest over the poses it tried.

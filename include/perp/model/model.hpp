@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -13,6 +15,7 @@
 #include "perp/model/gap.hpp"
 #include "perp/model/inertia.hpp"
 #include "perp/model/joint.hpp"
+#include "perp/model/shape.hpp"
 #include "perp/model/state.hpp"
 
 namespace perp {
@@ -36,6 +39,20 @@ struct ContactOptions {
       Vector3::Zero();  ///< wish for t of the contact frame, world axes; zero: contact_frame's choice
 };
 
+struct ShapeOptions {
+  Pose pose = {};             ///< X_BS
+  std::string material = {};  ///< decides friction and restitution, by set_friction
+  std::string name = {};      ///< its kind, or KIND-2, ... on this body, if empty
+};
+
+/// A body of one shape, which has the body's origin and axes.
+struct ShapeBodyOptions {
+  double density = 0;  ///< [kg/m^3]; of planar shapes [kg/m^2]
+  std::string material = {};
+  std::string name = {};
+  Pose pose = {};  ///< in Model::rest()
+};
+
 /// Bodies a and b that may touch where `gap` says.
 struct Contact {
   std::string name;
@@ -52,6 +69,8 @@ struct Contact {
     double side = 1, limit = 0;
   } stop = {};
   GeneralizedGap own = {};  ///< of a generalized body b with the ground: counts in place of `gap`
+  int shape_a = -1, shape_b = -1;  ///< of a contact of shapes, in Model::shapes()
+  bool off = false;                ///< of shapes that do not touch: joined bodies, pairs listed
 };
 
 struct Momentum {
@@ -74,6 +93,17 @@ class Model {
   /// `n` coordinates, 1 to 6; q and nu start at zero.
   BodyId add_generalized(int n, GeneralizedSystem system, std::string name = {});
 
+  /// Spatial or planar, as the shape is; mass and inertia by its density.
+  BodyId add_body(const Shape& shape, ShapeBodyOptions options);
+  /// Gives a body (the ground too) a shape. Bodies with shapes touch wherever these meet, unless a joint joins them or no_contact lists
+  /// them; the contact is called BODY.SHAPE|BODY.SHAPE, its points that and |FEATURE.
+  void add_shape(BodyId body, const Shape& shape, ShapeOptions options = {});
+  /// Friction and restitution of contacts between shapes of two materials, in either order; without it they have neither.
+  void set_friction(const std::string& material_a, const std::string& material_b, const MaterialPair& pair);
+  void no_contact(BodyId a, BodyId b);  ///< the shapes of a and b do not touch
+  /// Likewise for the pairs of shapes that overlap at x, and only these; returns the contacts' names.
+  std::vector<std::string> leave_out_overlapping(const State& x);
+
   ContactId add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options = {});
   ContactId add_contact(BodyId generalized, GeneralizedGap gap, ContactOptions options = {});
   JointId add_joint(const Joint& joint);
@@ -88,6 +118,9 @@ class Model {
 
   const std::vector<Body>& bodies() const { return bodies_; }  ///< [0] is the ground
   const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::vector<BodyShape>& shapes() const { return shapes_; }
+  const std::map<std::pair<std::string, std::string>, MaterialPair>& materials() const { return materials_; }
+  const std::set<std::pair<int, int>>& apart() const { return apart_; }  ///< bodies whose shapes do not touch, joined or listed
   const std::vector<JointGeometry>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
   const std::vector<BodyForce>& forces() const { return forces_; }
@@ -151,11 +184,16 @@ class Model {
   BodyId add(Body body, BodyOptions options, const char* where);
   ContactId add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, ContactOptions options);
   void add(Contact contact);
+  void add_found(int shape_a, int shape_b);
+  MaterialPair pair_of(const std::string& a, const std::string& b) const;
   const JointCoordinate& need_coordinate(std::string_view where, JointId joint, int coordinate) const;
   void changed();
 
   std::vector<Body> bodies_;
   std::vector<Contact> contacts_;
+  std::vector<BodyShape> shapes_;
+  std::map<std::pair<std::string, std::string>, MaterialPair> materials_;  // names ascending
+  std::set<std::pair<int, int>> apart_;  // bodies that do not touch, ascending
   std::vector<JointGeometry> joints_;
   std::vector<Spring> springs_;
   std::vector<BodyForce> forces_;
