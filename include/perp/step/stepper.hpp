@@ -127,7 +127,8 @@ struct StepGain {
   double from_nothing = 0, measure = 0;
 };
 
-/// A method. It keeps workspaces, so one Stepper serves one thread; what it answers depends on its arguments alone.
+/// A method. It keeps workspaces, so one Stepper serves one thread. Its answer is that of its arguments; `lcp`, `ncp` and `ncp2` begin with
+/// what the last step found, so that the last bits, and which of several sets of reactions is found, depend on the steps before.
 class Stepper {
  public:
   virtual ~Stepper() = default;
