@@ -1,5 +1,6 @@
 // Gaps between shapes, each from what doc/scene-files.md says of it. The impulse acts on the surface of b.
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "mechanics.hpp"
@@ -83,16 +84,32 @@ void sphere_on_box(const Pair& pair, Points& out) {
   add(out, distance - r, n, pair.B.p - r * n);
 }
 
-/// b's bottom face within a's top face: its corners, round in order. Whatever hangs over is not the checker's to judge.
+/// A disc's rim: its lowest point; lying flatter than 30 degrees eight points fixed on it too, as doc/shapes.md has them.
+void disc_on_plane(const Pair& pair, Points& out) {
+  const double r = pair.number("radius");
+  ellipsoid_on_plane(pair, {r, r, 0}, Vector3d::Zero(), out);
+  const Vector3d n = out[0].normal;
+  const Vector3d foot = pair.A * pair.vector("point", Vector3d::Zero());
+  const bool flat = std::abs((pair.B.q * Vector3d::UnitZ()).dot(n)) >= std::cos(std::numbers::pi / 6);
+  for (int k = 0; k < 8; ++k) {
+    const double angle = 2 * std::numbers::pi * k / 8;
+    const Vector3d x = pair.B * Vector3d(r * std::cos(angle), r * std::sin(angle), 0);
+    add(out, flat ? n.dot(x - foot) : std::numeric_limits<double>::infinity(), n, x);
+  }
+}
+
+/// b's bottom face within a's top face: its corners, half way to a. Whatever hangs over is not the checker's to judge.
 void box_on_box(const Pair& pair, Points& out) {
   const Vector3d a = 0.5 * pair.vector("size_a", Vector3d::Zero()),
                  b = 0.5 * pair.vector("size_b", Vector3d::Zero());
-  for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {1, 1}, {-1, 1}}) {
+  for (const auto& [x, y] : {std::pair(-1, -1), {1, -1}, {-1, 1}, {1, 1}}) {
     const Vector3d corner = pair.B * Vector3d(x * b.x(), y * b.y(), -b.z());
     const Vector3d in_a = pair.A.q.conjugate() * (corner - pair.A.p);
     if (std::abs(in_a.x()) > a.x() || std::abs(in_a.y()) > a.y())
       throw std::runtime_error("the checker takes box_on_box only where b stands within a");
-    add(out, in_a.z() - a.z(), pair.A.q * Vector3d::UnitZ(), corner);
+    const Vector3d n = pair.A.q * Vector3d::UnitZ();
+    const double gap = in_a.z() - a.z();
+    add(out, gap, n, corner - 0.5 * gap * n);
   }
 }
 
@@ -124,10 +141,7 @@ void gaps(const Pair& pair, Points& out) {
     return ellipsoid_on_plane(pair, pair.vector("semi_axes", zero), pair.vector("centre", zero), out);
   if (kind == "ellipse_on_line")
     return ellipsoid_on_plane(pair, {pair.number("a"), pair.number("b"), 0}, zero, out);
-  if (kind == "disc_on_plane") {
-    const double r = pair.number("radius");
-    return ellipsoid_on_plane(pair, {r, r, 0}, zero, out);
-  }
+  if (kind == "disc_on_plane") return disc_on_plane(pair, out);
   if (kind == "sphere_on_sphere" || kind == "sphere_in_sphere")
     return round(pair, pair.number("radius_a"), pair.number("radius_b"), kind == "sphere_in_sphere", nullptr,
                  zero, out);
@@ -155,7 +169,7 @@ std::vector<Touch> touches(const Scene& scene, const State& x, const std::vector
     const bool plane = c.gap.find("_line") != std::string::npos;
     std::vector<Touch> points;
     gaps({c, x.bodies[a].at * c.place_a, x.bodies[b].at * c.place_b, plane}, points);
-    const bool patch = points.size() > 1 || c.gap == "box_on_box";
+    const bool patch = points.size() > 1;
     for (std::size_t k = 0; k < points.size(); ++k) {
       Touch& t = points[k];
       t.name = patch ? c.name + "." + std::to_string(k) : c.name;

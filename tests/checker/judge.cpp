@@ -130,10 +130,9 @@ Judgement judge(const Scene& scene, const Run& run, const std::string& method, d
       judge_contacts(s);
     }
     judgement.faults.insert(judgement.faults.end(), s.faults.begin(), s.faults.end());
-    const bool counts = s.h > 0 || s.has_impact;
-    judgement.steps += counts ? 1 : 0;
-    judgement.loaded += counts && s.has_loaded ? 1 : 0;
-    judgement.sliding += counts && s.has_sliding ? 1 : 0;
+    judgement.steps += 1;
+    judgement.loaded += s.has_loaded ? 1 : 0;
+    judgement.sliding += s.has_sliding ? 1 : 0;
     judgement.impacts += s.has_impact ? 1 : 0;
     values = s.values_y;
   }

@@ -44,7 +44,7 @@ int main(int count, char** arguments) {
   options.trial.folder = "/tmp/random-scenes-" + std::to_string(getpid());
   std::string table;
   std::FILE* each = nullptr;
-  bool units = false;
+  bool units = false, keeps = false;
   for (int i = 1; i < count; ++i) {
     const std::string key = arguments[i];
     if (key == "--aloud") {
@@ -83,7 +83,8 @@ int main(int count, char** arguments) {
       options.shrink_most = std::strtoull(value.c_str(), nullptr, 10);
     } else if (key == "--table") {
       table = value;
-    } else if (key == "--folder") {
+    } else if (key == "--keep") {
+      keeps = true;
       options.trial.folder = value;
     } else if (key == "--each") {
       each = options.each = std::fopen(value.c_str(), "w");
@@ -104,7 +105,7 @@ int main(int count, char** arguments) {
   const std::string text = checker::table_of(tally);
   std::fputs(text.c_str(), stdout);
   if (!table.empty()) std::ofstream(table) << text;
-  std::filesystem::remove_all(options.trial.folder);
+  if (!keeps) std::filesystem::remove_all(options.trial.folder);
   for (const auto& [method, m] : tally)
     if (m.wrong > 0 || m.unjudged > 0 || m.mistakes > 0) return 1;
   return 0;

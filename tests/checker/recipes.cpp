@@ -302,6 +302,19 @@ void equip(Maker& m, int index) {
   }
 }
 
+/// Whether a gear's wheel turns about an axle on a third body that moves: its angles are those in the world.
+bool axle_moves(Maker& m, const Joint& gear) {
+  for (const Joint& j : m.scene.joints) {
+    if (j.kind == "gear" || j.name == gear.name) continue;
+    for (const int wheel : {gear.a, gear.b}) {
+      if (j.a != wheel && j.b != wheel) continue;
+      const int carrier = j.a == wheel ? j.b : j.a;
+      if (m.at(carrier).moves() && carrier != gear.a && carrier != gear.b) return true;
+    }
+  }
+  return false;
+}
+
 /// Bodies tied to what was there before, round loops too. Those that hang on the ground turn about the first joint or stand.
 void link(Maker& m, int first, int count, bool to_ground) {
   Random& r = m.random;
@@ -323,6 +336,13 @@ void link(Maker& m, int first, int count, bool to_ground) {
   for (int i = 1; i < count; ++i) made.push_back(add(first + i - 1, first + i));
   if (r.chance(0.3) && count > 1)
     made.push_back(add(r.chance(0.5) || first + count - 1 == first + 1 ? 0 : first, first + count - 1));
+  for (const int j : made)
+    if (Joint& gear = m.scene.joints[static_cast<std::size_t>(j)];
+        gear.kind == "gear" && axle_moves(m, gear)) {
+      const std::string name = gear.name;
+      gear = make_joint(m, "revolute", gear.a, gear.b);
+      gear.name = name;
+    }
   for (const int j : made)
     if (r.chance(0.5)) equip(m, j);
 }

@@ -1,6 +1,7 @@
 // The numbers of a step that all parts of the judgement share.
 #include <cmath>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "judge.hpp"
@@ -28,6 +29,9 @@ Step::Step(const Scene& scene_, const Run& run, std::size_t index_, const std::v
     joints_x.push_back(joint_state(scene, j, x, values.data() + first));
     joints_y.push_back(joint_state(scene, j, y, values_y.data() + first));
   }
+  for (const ContactRow& c : contacts)  // nothing goes unlooked at
+    if (!c.p.isZero(0) && (touch(at_x, c.contact) == nullptr || touch(at_y, c.contact) == nullptr))
+      throw std::runtime_error("the checker does not know the contact point " + c.contact);
   load_x = loads(scene, x, values);
   double farthest = 0;
   for (const BodyState& b : y.bodies) farthest = std::max(farthest, b.at.p.norm());
@@ -153,9 +157,10 @@ void Step::find_strikes() {
     for (const int body : {t->a, t->b})
       if (comes_in && island[at(body)] >= 0 && (!c.p.isZero(0) || closed(c.contact)))
         struck[at(island[at(body)])] = 1;
+    const bool pushes = c.f.allFinite() && !c.f.isZero(0);  // of an event's second row: a force, no impulse
+    has_loaded = has_loaded || pushes || !c.p.isZero(0);
+    has_sliding = has_sliding || ((pushes || !c.p.isZero(0)) && c.mode == "slip" && t->mu > 0);
     if (c.p.isZero(0)) continue;
-    has_loaded = true;
-    has_sliding = has_sliding || (c.mode == "slip" && t->mu > 0);
     double by_loads = 0;
     for (const int body : {t->a, t->b})
       if (scene.bodies[at(body)].moves() && !t->turns)

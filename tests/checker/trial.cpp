@@ -48,10 +48,12 @@ std::string in_process(const std::string& text, const std::string& method, doubl
     try {
       perp::SimulateOptions options{.t_end = until};
       if (method != "event") options.h = h;
-      perp::write_run(out, scene.model, perp::simulate(scene.model, *stepper, scene.start, options));
+      perp::write_run(out, scene.model, perp::simulate(scene.model, *stepper, scene.start, options),
+                      {.halves = stepper->halves()});
       return "";
     } catch (const perp::StepFailure& failure) {
-      perp::write_run(out, scene.model, failure.trajectory, {.failed = &failure.report});
+      perp::write_run(out, scene.model, failure.trajectory,
+                      {.failed = &failure.report, .halves = stepper->halves()});
       return failure.what();
     }
   } catch (const std::invalid_argument& mistake) {
