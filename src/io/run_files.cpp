@@ -84,6 +84,7 @@ void add_contacts(RunTable& file, const Model& model, const StepReport& report, 
   auto half = report.halves.begin();
   for (const ContactRow& row : report.contacts) {
     add_contact(file, model, report, row, halves);
+    if (!halves) continue;
     for (; half != report.halves.end() && half->point == row.point; ++half)
       add_contact(file, model, report, *half, halves);
   }

@@ -189,9 +189,9 @@ void judge_ncp2(Step& s) {
     const double w = s.mobility(c, s.y).trace() / 3;
     const double limit = s.allowed(s.speed_of(c), w * row->p.norm());
     if (!(w * p.n > limit) || c.stop) continue;
-    // the second stage leaves nothing that closed approaching
-    const double e_u = c.e * std::min(before.normal.dot(relative_velocity(s.scene, s.x, before)), 0.0);
-    s.fault("normal", c.name + " approaches", -(c.normal.dot(u) + e_u),
+    // the second stage leaves nothing that closed approaching; Moreau's law lets it where it came from the other side
+    const double came = before.normal.dot(relative_velocity(s.scene, s.x, before));
+    s.fault("normal", c.name + " approaches", -(c.normal.dot(u) + c.e * std::max(came, 0.0)),
             limit + 8 * s.marks.rounding * u.norm());
     if (!(c.mu > 0) || turned > 1e-12) continue;
     const bool arrived = before.gap > 1e-7 * s.h * s.speed_of(c) ||

@@ -69,6 +69,7 @@ Gain gain_of(const Step& s) {
       0.5 * s.h * (load_power(s.scene, s.x, s.values) + load_power(s.scene, s.y, s.values_y));
   const double driven = driven_work(s);
   Gain g;
+  g.loads = loads;
   g.gain = after - before + potential_y - potential_x - loads - driven;
   g.size = before + std::abs(loads) + std::abs(driven);
   double weights = 0, size = 0;

@@ -9,6 +9,7 @@ namespace checker {
 /// bodies, of motions; and the size of what was added up.
 struct Gain {
   double gain = 0, size = 0, rounding = 0;
+  double loads = 0;  // the work of loads that have no potential, as taken off the gain
 };
 [[nodiscard]] Gain gain_of(const Step& s);
 

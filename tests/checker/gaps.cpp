@@ -84,7 +84,7 @@ void sphere_on_box(const Pair& pair, Points& out) {
   add(out, distance - r, n, pair.B.p - r * n);
 }
 
-/// A disc's rim: its lowest point; lying flatter than 30 degrees eight points fixed on it too, as doc/shapes.md has them.
+/// A disc's rim: its lowest point; lying flatter than 30 degrees eight points fixed on it too, at odd eighths of half a turn.
 void disc_on_plane(const Pair& pair, Points& out) {
   const double r = pair.number("radius");
   ellipsoid_on_plane(pair, {r, r, 0}, Vector3d::Zero(), out);
@@ -92,7 +92,7 @@ void disc_on_plane(const Pair& pair, Points& out) {
   const Vector3d foot = pair.A * pair.vector("point", Vector3d::Zero());
   const bool flat = std::abs((pair.B.q * Vector3d::UnitZ()).dot(n)) >= std::cos(std::numbers::pi / 6);
   for (int k = 0; k < 8; ++k) {
-    const double angle = 2 * std::numbers::pi * k / 8;
+    const double angle = (2 * k + 1) * std::numbers::pi / 8;
     const Vector3d x = pair.B * Vector3d(r * std::cos(angle), r * std::sin(angle), 0);
     add(out, flat ? n.dot(x - foot) : std::numeric_limits<double>::infinity(), n, x);
   }

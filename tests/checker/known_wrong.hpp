@@ -1,23 +1,20 @@
-// Runs of the quick shards that are known to be wrong today: known_wrong.txt, a line each of seed and method.
+// Runs of the quick shards that are known to be wrong today: known_wrong.txt, which may only shrink.
 #pragma once
 
 #include <cstdint>
-#include <fstream>
-#include <set>
+#include <map>
 #include <string>
 #include <utility>
 
 namespace checker {
 
-inline bool known_wrong(std::uint64_t seed, const std::string& method) {
-  static const auto all = [] {
-    std::set<std::pair<std::uint64_t, std::string>> known;
-    std::ifstream file(PERP_TEST_FOLDER "/known_wrong.txt");
-    std::uint64_t s = 0;
-    for (std::string m; file >> s >> m;) known.emplace(s, m);
-    return known;
-  }();
-  return all.contains({seed, method});
-}
+struct KnownWrong {
+  std::map<std::string, std::string> reasons;                         // what is wrong, by a word for it
+  std::map<std::pair<std::uint64_t, std::string>, std::string> runs;  // seed and method: that word
+};
+
+/// Lines `# WORD: reason` and `SEED METHOD WORD`. Throws std::runtime_error for a line that is neither, a word without a reason and a
+/// run that is there twice.
+[[nodiscard]] KnownWrong read_known_wrong(const std::string& path);
 
 }  // namespace checker

@@ -45,6 +45,13 @@ class Maker {
   Touch nearest() const;  // of the last contact
 };
 
+inline std::vector<double> entries(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+void tilt(Maker& m, Contact& c);  // a slope for the last contact's plane
+void add_spring(Maker& m, int a, int b);
+void add_force(Maker& m, int b);
+void add_extras(Maker& m, int b);  // one of these to some
+
 void make_on_plane(Maker& m);
 void make_pile(Maker& m);
 void make_inside(Maker& m);

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include <unistd.h>
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 
@@ -24,21 +25,40 @@ TrialOptions options() {
   return options;
 }
 
-/// Nothing of a shard of a hundred seeds is wrong but what is known to be.
-void check_shard(std::size_t shard) {
-  for (std::uint64_t seed = 100 * shard + 1; seed <= 100 * shard + 100; ++seed) {
+const std::vector<std::string> methods = {"lcp", "ncp", "ncp2", "event"};
+constexpr std::uint64_t per_shard = 100, shards = 10;
+constexpr std::size_t most_known_wrong = 208;  // may only fall
+
+const KnownWrong& known_wrong() {
+  static const KnownWrong known = read_known_wrong(PERP_TEST_FOLDER "/known_wrong.txt");
+  return known;
+}
+
+/// Nothing of a shard of a hundred seeds is wrong but what is known to be, and that is.
+void check_shard(std::uint64_t shard) {
+  std::size_t judged = 0, unjudged = 0;
+  for (std::uint64_t seed = per_shard * shard + 1; seed <= per_shard * (shard + 1); ++seed) {
     const RandomScene random = random_scene(seed);
-    for (const char* method : {"lcp", "ncp", "ncp2", "event"}) {
+    for (const std::string& method : methods) {
       const Trial trial = try_scene(random, method, options());
-      if (known_wrong(seed, method)) continue;
+      const auto known = known_wrong().runs.find({seed, method});
       CAPTURE(seed, method, trial.reason);
-      for (const Fault& f : trial.judgement.faults)
-        UNSCOPED_INFO(f.part << " " << f.of << ": " << f.value << " > " << f.allowed);
       CHECK(trial.ending != Ending::Mistake);
-      CHECK(trial.ending != Ending::Unjudged);
+      unjudged += trial.ending == Ending::Unjudged ? 1 : 0;  // boxes that come to hang over
+      judged += trial.judgement.steps;
+      if (known != known_wrong().runs.end()) {
+        INFO("known as '" << known->second << "', and right now: take it off known_wrong.txt");
+        CHECK_FALSE(trial.judgement.faults.empty());
+        continue;
+      }
+      for (const Fault& f : trial.judgement.faults)
+        UNSCOPED_INFO("step " << f.step + 1 << ", " << f.part << " " << f.of << ": " << f.value << " > "
+                              << f.allowed);
       CHECK(trial.judgement.faults.empty());
     }
   }
+  CHECK(judged > 3 * per_shard * methods.size());  // several steps a run
+  CHECK(unjudged <= 1);
   std::filesystem::remove_all(folder());
 }
 
@@ -156,15 +176,34 @@ TEST_CASE("A failure is shrunk to a scene that still fails and has less", "[chec
   CHECK(least.steps == 1);
 }
 
-#define SHARD(n, tags) \
-  TEST_CASE("No step of a hundred random scenes is worse than it says: shard " #n, tags) { check_shard(n); }
-SHARD(0, "[checker]")
-SHARD(1, "[checker]")
-SHARD(2, "[checker][slow]")
-SHARD(3, "[checker][slow]")
-SHARD(4, "[checker][slow]")
-SHARD(5, "[checker][slow]")
-SHARD(6, "[checker][slow]")
-SHARD(7, "[checker][slow]")
-SHARD(8, "[checker][slow]")
-SHARD(9, "[checker][slow]")
+TEST_CASE("What is known to be wrong is of the shards, has a reason, and grows no more", "[checker]") {
+  const KnownWrong& known = known_wrong();
+  for (const auto& [run, reason] : known.runs) {
+    CAPTURE(run.first, run.second, reason);
+    CHECK(run.first >= 1);
+    CHECK(run.first <= per_shard * shards);
+    CHECK(std::count(methods.begin(), methods.end(), run.second) == 1);
+    CHECK(known.reasons.at(reason).size() > 40);
+  }
+  for (const auto& [word, reason] : known.reasons) {
+    CAPTURE(word);
+    CHECK(std::any_of(known.runs.begin(), known.runs.end(),
+                      [&](const auto& run) { return run.second == word; }));
+  }
+  CHECK(known.runs.size() == most_known_wrong);
+}
+
+#define SHARD(n)                                                                                          \
+  TEST_CASE("No step of a hundred random scenes is worse than it says: shard " #n, "[checker][random]") { \
+    check_shard(n);                                                                                       \
+  }
+SHARD(0)
+SHARD(1)
+SHARD(2)
+SHARD(3)
+SHARD(4)
+SHARD(5)
+SHARD(6)
+SHARD(7)
+SHARD(8)
+SHARD(9)

@@ -1,5 +1,6 @@
 #include "run_files.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -98,17 +99,32 @@ ContactRow read_contact(const Csv& csv, std::size_t row) {
   return c;
 }
 
-/// The rows of a time, shared out to the step that ends there and to the jump (h = 0) that may follow: a name that comes again, or
-/// rows without force, begin the jump's.
+/// What a row of contacts.csv belongs to: a step of length, an impact, or a change of modes; 0 where it does not say.
+enum class RowOf { Any, Step, Impact, Change };
+RowOf row_of(const ContactRow& row) {
+  if (std::isnan(row.f.x())) return RowOf::Impact;
+  if (row.p.isZero(0)) return row.f.isZero(0) ? RowOf::Any : RowOf::Change;
+  return RowOf::Step;
+}
+
+/// The rows of a time, shared out to the step that ends there and to those of length 0 that follow it there: a name that comes again,
+/// or a row of another kind, begins the next one's.
 void share_out(const std::vector<ContactRow>& rows, std::size_t step, Run& run) {
-  const bool jumps = step + 1 < run.steps.size() && run.steps[step + 1].t == run.steps[step].t;
   std::size_t at = step;
-  std::string first;
+  RowOf kind = RowOf::Any;
   for (const ContactRow& row : rows) {
-    const bool begins =
-        (std::isnan(row.f.x()) || row.contact == first || (row.p.isZero(0) && !row.f.isZero(0)));
-    if (jumps && at == step && begins) at = step + 1;
-    if (first.empty()) first = row.contact;
+    const auto same_name = [&](const ContactRow& c) { return c.contact == row.contact; };
+    auto& before = run.contacts[at];
+    const bool again = row.half == 0 && std::any_of(before.begin(), before.end(), same_name);
+    const RowOf is = row_of(row);
+    const bool other = is != RowOf::Any && kind != RowOf::Any && is != kind;
+    const bool jumps = at + 1 < run.steps.size() && run.steps[at + 1].t == run.steps[step].t;
+    const bool late = at == step && run.steps[step].h > 0 && (is == RowOf::Impact || is == RowOf::Change);
+    if (jumps && (again || other || late)) {
+      ++at;
+      kind = RowOf::Any;
+    }
+    if (is != RowOf::Any) kind = is;
     run.contacts[at].push_back(row);
   }
 }
@@ -146,7 +162,7 @@ Run read_run(const Scene& scene, const std::string& folder) {
     std::vector<ContactRow> rows;
     for (; at < contacts.rows() && contacts.number(at, "t") == run.steps[i].t; ++at)
       rows.push_back(read_contact(contacts, at));
-    if (run.contacts[i].empty() || !rows.empty()) share_out(rows, i, run);
+    share_out(rows, i, run);
   }
   if (at != contacts.rows()) throw std::runtime_error("contacts.csv has rows of no step");
 

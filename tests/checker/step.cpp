@@ -214,6 +214,7 @@ const Touch* Step::touch(const std::vector<Touch>& all, const std::string& name)
 }
 
 double Step::allowed(double of, double added_up) const {
+  of = std::max(of, place_rounding_);  // the least that a gap, rounded, asks for
   return marks.speed * of + std::min(marks.rounding * added_up, marks.most * of);
 }
 

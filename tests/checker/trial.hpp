@@ -22,7 +22,7 @@ struct Trial {
 struct TrialOptions {
   std::string program;    // perp's; empty: in this process
   std::string folder;     // for files; made if need be
-  unsigned patience = 5;  // [s] for a run
+  unsigned patience = 2;  // [s] of a run's own time
   bool energy = true;     // look for energy from nothing (in this process only)
 };
 

@@ -1,5 +1,6 @@
 #include "perp/io/run_files.hpp"
 
+#include <unistd.h>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -10,6 +11,7 @@
 
 #include "perp/model/gaps.hpp"
 #include "perp/step/lcp_stepper.hpp"
+#include "perp/step/ncp2_stepper.hpp"
 #include "perp/step/simulate.hpp"
 
 namespace perp {
@@ -54,6 +56,25 @@ TEST_CASE("a run that failed is written as far as it came, its last report row t
   CHECK(contacts.size() == trajectory.size() - 1);  // one contact in each step taken
   CHECK(report.back().find(",not-finite,0,") != std::string::npos);
   CHECK(report[report.size() - 2].find(",solved,1,") != std::string::npos);
+  fs::remove_all(folder);
+}
+
+TEST_CASE("contacts.csv has the halves of a step only beside the column that tells them from their sum",
+          "[run_files]") {
+  const auto halves = GENERATE(false, true);
+  const fs::path folder = fs::temp_directory_path() / ("perp-run-files-halves-" + std::to_string(getpid()));
+  fs::remove_all(folder);
+  Model model;
+  const BodyId ball = model.add_body(Inertia::solid_sphere(1, 1), {.name = "ball"});
+  model.add_contact(ground, ball, sphere_on_plane(1), {.mu = 0.2, .name = "floor"});
+  State x = model.rest();
+  model.set_position(x, ball, {0, 0, 1});
+  model.set_velocity(x, ball, {2, 0, 0});
+  Ncp2Stepper stepper;
+  write_run(folder, model, simulate(model, stepper, x, {.t_end = 0.3, .h = 0.1}), {.halves = halves});
+  const auto contacts = lines(folder / "contacts.csv");
+  CHECK(contacts.size() == (halves ? 10 : 4));  // the header; three steps of one contact
+  CHECK(contacts[0].ends_with(",half") == halves);
   fs::remove_all(folder);
 }
 
