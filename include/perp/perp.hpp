@@ -55,6 +55,7 @@
 #include "perp/step/simulate.hpp"
 #include "perp/step/stepper.hpp"
 #include "perp/step/trajectory.hpp"
+#include "perp/step/user_event.hpp"
 
 #include "perp/study/convergence.hpp"
 #include "perp/study/cpu_time.hpp"
@@ -69,6 +70,7 @@
 #include "perp/io/csv_reader.hpp"
 #include "perp/io/expression.hpp"
 #include "perp/io/run_files.hpp"
+#include "perp/io/saved_run.hpp"
 #include "perp/io/scene_file.hpp"
 #include "perp/io/study_files.hpp"
 #include "perp/io/study_folder.hpp"

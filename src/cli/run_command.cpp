@@ -27,7 +27,7 @@ struct RunArguments {
 void read_method(const CLI::App& command, const RunArguments& arguments, RunRecipe& recipe) {
   const Method& chosen = method(recipe.method);
   const auto given = [&](const char* option) { return command.count(option) > 0; };
-  const bool chooses = chosen.order == 0;
+  const bool chooses = chosen.adaptive;
   if (!chooses && !given("--step"))
     refuse("perp run", "--step", "not given", "method " + recipe.method + " needs a step [s]");
   if (!chooses && given("--tolerance"))
@@ -42,6 +42,12 @@ void read_method(const CLI::App& command, const RunArguments& arguments, RunReci
     if (recipe.method != "event")
       refuse("perp run", "--integrator", arguments.integrator, "needs the method event");
     recipe.options.integrator = integrator_named(arguments.integrator);
+  }
+  if (given("--look")) {
+    if (!chooses)
+      refuse("perp run", "--look", recipe.options.look, "needs a method that chooses its steps: event");
+    if (!(recipe.options.look > 0))
+      refuse("perp run", "--look", recipe.options.look, "needs to be positive [s]");
   }
   if (arguments.reactions == "minimum-norm") {
     if (chooses)
@@ -133,6 +139,12 @@ void add_method_options(CLI::App* command, RunArguments& arguments) {
       ->type_name("R");
   command->add_option("--integrator", arguments.integrator, "of event: arkode, cvode-adams, cvode-bdf or ida")
       ->type_name("I");
+  command
+      ->add_option("--look", recipe.options.look,
+                   "of event: longest time between two looks at loads that change with time, and at the "
+                   "scene's events [s]; T/4096 if not given")
+      ->check(finite_number())
+      ->type_name("S");
   command->add_option("--edges", recipe.options.edges, "edges of the friction polygon")
       ->transform(whole_number())
       ->type_name("N");

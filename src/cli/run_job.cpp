@@ -123,15 +123,23 @@ State start_of(const Scene& scene, const RunRecipe& recipe, const RunManner& man
   return start;
 }
 
-void summarise(const Scene& scene, const RunRecipe& recipe, const RunFolder& run, long evaluations,
+void summarise(const Scene& scene, const RunRecipe& recipe, const RunFolder& run, const RunEnd& end,
                const std::filesystem::path& folder) {
   const RunSummary& s = run.summary();
+  if (!end.stopped_by.empty())
+    std::printf("event '%s' ended the run at t = %s s\n", end.stopped_by.c_str(), shortest(end.x.t).c_str());
   std::printf("%s by %s: %zu steps to t = %s s\n", scene.name.c_str(), recipe.method.c_str(), s.steps,
               shortest(run.t()).c_str());
   std::printf("largest contact residual %.1e m/s, smallest gap %.1e m, largest joint error %.1e\n",
               s.residual, s.gap_min, s.joint_error);
-  const bool events = method(recipe.method).order == 0;
-  if (events) std::printf("%zu events, %ld evaluations of the right-hand side\n", s.events, evaluations);
+  const bool adaptive = method(recipe.method).adaptive, events = adaptive || !scene.events.empty();
+  if (adaptive)
+    std::printf("%zu events, %ld evaluations of the right-hand side\n", s.events, end.evaluations);
+  else if (events)
+    std::printf("%zu events\n", s.events);
+  if (end.unseen > 0)
+    std::printf("loads that change with time were looked at every %.2g s or more often (--look)\n",
+                end.unseen);
   if (!scene.model.joints().empty()) {
     Instant start;
     evaluate(scene.model, scene.start, start);
@@ -154,7 +162,7 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
   const RunRecipe& recipe = record.recipe;
   const std::unique_ptr<Stepper> first =
       make_stepper(recipe.method, recipe.options);  // refuses wrong options
-  const bool events = method(recipe.method).order == 0;
+  const bool adaptive = method(recipe.method).adaptive;
   const State start = start_of(scene, recipe, manner);
   if (!resume) judge_start(scene, recipe, start);
 
@@ -162,12 +170,13 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
   std::optional<RunRestart> restart;
   if (resume) restart = RunFolder::restart_in(folder, record, scene.model);
   if (restart && restart->positions.empty()) restart.reset();
-  files.begin(record, scene.model, start, *first, restart);
+  files.begin(record, scene.model, start, *first, restart, !scene.events.empty());
 
   const Signals signals;
   const auto begin = Clock::now();
   std::string stopped;
   SimulateOptions options{.t_end = recipe.until, .h = recipe.step};
+  options.events = scene.events;
   options.progress = [&](double) {
     if (caught != 0) stopped = "stopped by " + Signals::name();
     if (std::chrono::duration<double>(Clock::now() - begin).count() > manner.budget)
@@ -177,31 +186,34 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
   options.t_start = start.t;
   options.first_overlap = overlap(scene.model, start);
   if (restart) options.taken = restart->so_far.steps;
-  if (!events) options.most = steps_a_stepper - options.taken % steps_a_stepper;
+  if (!adaptive) options.most = steps_a_stepper - options.taken % steps_a_stepper;
   const auto goes_on = "perp run --resume " + folder.string() + " goes on from there";
   const auto at = [&] { return " at t = " + shortest(files.t()) + " s"; };
   const auto say = [&](const std::string& what) {
     std::fprintf(stderr, "perp: %s: %s\n", scene.name.c_str(), what.c_str());
   };
-  long evaluations = 0;
   int status = Done;
+  RunEnd end{.x = start, .stopped_by = {}};
   try {
-    const RunEnd end = [&] {
+    end = [&] {
       Show show(files, recipe.until, manner);
-      RunEnd piece{.x = restart ? restart->x : start};
+      RunEnd piece{.x = restart ? restart->x : start, .stopped_by = {}};
       do {
         const std::unique_ptr<Stepper> stepper = make_stepper(recipe.method, recipe.options);
         piece = simulate(scene.model, *stepper, State(piece.x), options, show);
         options.taken += piece.steps;
-        options.most = events ? 0 : steps_a_stepper;
-      } while (!piece.reached && stopped.empty());
+        options.most = adaptive ? 0 : steps_a_stepper;
+      } while (!piece.reached && piece.stopped_by.empty() && stopped.empty());
       return piece;
     }();
-    evaluations = end.evaluations;
-    if (end.reached) stopped.clear();
-    status = end.reached ? Done : ToleranceNotReached;
-    files.end(status, end.reached ? "reached T" : stopped + at(), nullptr, end.reached);
-    if (!end.reached) say(stopped + at() + "; " + goes_on);
+    const bool done = end.reached || !end.stopped_by.empty();
+    if (!end.stopped_by.empty())
+      stopped = "ended by event '" + end.stopped_by + "'" + at();
+    else
+      stopped = end.reached ? "reached T" : stopped + at();
+    status = done ? Done : ToleranceNotReached;
+    files.end(status, stopped, nullptr, done);
+    if (!done) say(stopped + "; " + goes_on);
   } catch (const StepFailure& failure) {
     status = ToleranceNotReached;
     files.end(status, failure.what(), &failure.report, false);
@@ -210,7 +222,7 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
     throw std::runtime_error(sentence_of(error) + "; the run had come to t = " + shortest(files.t()) +
                              " s, and rows are whole; " + goes_on);
   }
-  if (!manner.quiet) summarise(scene, recipe, files, evaluations, folder);
+  if (!manner.quiet) summarise(scene, recipe, files, end, folder);
   return status;
 }
 

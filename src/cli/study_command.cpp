@@ -109,7 +109,7 @@ int study(const CLI::App& command, StudyArguments& arguments) {
   }
   if (!arguments.tolerances.empty()) {
     const auto& names = arguments.request.methods;
-    if (std::none_of(names.begin(), names.end(), [](const std::string& n) { return method(n).order == 0; }))
+    if (std::none_of(names.begin(), names.end(), [](const std::string& n) { return method(n).adaptive; }))
       refuse("perp study", "--tolerances", arguments.tolerances.front(),
              "needs a method that chooses its steps, as event does, among --methods");
     arguments.request.tolerances = arguments.tolerances;

@@ -261,8 +261,14 @@ class ExpressionParser {
     apply(function);
   }
 
-  [[noreturn]] void unknown(const std::string& word, std::size_t begin) {
+  [[noreturn]] void unknown(std::string word, std::size_t begin) {
     std::vector<std::string> known = variables_;
+    const bool dots = std::any_of(known.begin(), known.end(), [](const std::string& name) {
+      return name.find('.') != std::string::npos;
+    });
+    for (; dots && at_ < text_.size() && (letter(text_[at_]) || digit(text_[at_]) || text_[at_] == '.');
+         ++at_)
+      word += text_[at_];
     for (const auto& [constant, value] : constants_) known.push_back(constant);
     known.emplace_back("pi");
     for (const auto& operation : Expression::operations)

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "io/run_columns.hpp"
 #include "io/run_hdf5.hpp"
 #include "io/run_table.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
-namespace {
 
 std::vector<RunColumn> trajectory_header(const Model& model) {
   std::vector<RunColumn> header{{"t"}};
@@ -40,6 +40,8 @@ std::vector<RunColumn> trajectory_header(const Model& model) {
   }
   return header;
 }
+
+namespace {
 
 /// Coordinates and velocities as the state has them, except a spatial body's angular velocity, there in body axes.
 void add_state(RunTable& file, const Model& model, const State& x) {
@@ -255,7 +257,7 @@ void RunFiles::finish(const StepReport* failed) {
 void write_run(const std::filesystem::path& folder, const Model& model, const Trajectory& run,
                const RunFilesOptions& options) {
   RunFilesOptions how = options;
-  how.events = static_cast<bool>(run.between);
+  how.events = run.locates_events || !run.events.empty();
   RunFiles files(folder, model, run.size() > 0 ? run.front() : model.rest(), how);
   for (std::size_t i = 0; i < run.steps(); ++i) files.step(run.state(i + 1), run.report(i));
   for (const Event& event : run.events) files.event(event);

@@ -107,18 +107,17 @@ RunRestart RunFolder::restart_in(const std::filesystem::path& folder, const RunR
 }
 
 void RunFolder::begin(const RunRecord& record, const Model& model, const State& start, const Stepper& stepper,
-                      const std::optional<RunRestart>& restart) {
+                      const std::optional<RunRestart>& restart, bool events) {
   record_ = record;
   if (record_.start.empty()) record_.start = utc_now();
   record_.end.clear();
   record_.exit_status = -1;
   record_.ended.clear();
-  const bool events = dynamic_cast<const AdaptiveStepper*>(&stepper) != nullptr;
-  restarts_ = !events;
+  restarts_ = !chooses_steps(stepper);
   RunFilesOptions options{.every = record.recipe.every,
                           .hdf5 = record.recipe.format == "hdf5",
                           .halves = stepper.halves(),
-                          .events = events};
+                          .events = events || !restarts_};
   if (restart) {
     summary_ = restart->so_far;
     options.taken = summary_.steps;

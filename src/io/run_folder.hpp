@@ -49,9 +49,9 @@ class RunFolder final : public RunSink {
   [[nodiscard]] static RunRestart restart_in(const std::filesystem::path& folder, const RunRecord& record,
                                              const Model& model);
 
-  /// Rows of a run from `start`, or of one that is taken up again, by a method as `stepper`.
+  /// Rows of a run from `start`, or of one that is taken up again, by a method as `stepper`; `events`: the scene has some.
   void begin(const RunRecord& record, const Model& model, const State& start, const Stepper& stepper,
-             const std::optional<RunRestart>& restart);
+             const std::optional<RunRestart>& restart, bool events = false);
   void step(const State& x, const StepReport& report) override;
   void event(const Event& event) override;
   /// The rows are whole, and run.json says how it ended; `complete`: nothing is left to be done.

@@ -31,6 +31,7 @@ Json method_of(const RunRecipe& r) {
           {"tolerance", r.options.tolerance},
           {"edges", r.options.edges},
           {"integrator", name_of(r.options.integrator)},
+          {"look", number(r.options.look)},
           {"reactions", r.options.reactions == Reactions::MinimumNorm ? "minimum-norm" : "any"},
           {"until", number(r.until)},
           {"every", r.every},
@@ -98,6 +99,7 @@ RunRecord read_record(const std::string& text, const std::string& file) {
     r.options.tolerance = run.at("tolerance").get<double>();
     r.options.edges = run.at("edges").get<int>();
     r.options.integrator = integrator_named(run.at("integrator").get<std::string>());
+    if (run.contains("look")) r.options.look = number_of(run.at("look"));  // not in older records
     r.options.reactions = run.at("reactions") == "minimum-norm" ? Reactions::MinimumNorm : Reactions::Any;
     r.until = number_of(run.at("until"));
     r.every = run.at("every").get<int>();

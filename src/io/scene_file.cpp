@@ -5,6 +5,7 @@
 
 #include "core/files.hpp"
 #include "io/names.hpp"
+#include "io/scene_events.hpp"
 #include "io/scene_gaps.hpp"
 #include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
@@ -30,7 +31,7 @@ class SceneReader {
     const TomlValue toml = with_repeats(file, source_);
     const SceneTable root(toml, source_);
     root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
-                "joint_spring", "spring", "contact", "force", "shape", "material_pair", "no_contact",
+                "joint_spring", "spring", "contact", "force", "event", "shape", "material_pair", "no_contact",
                 "include", "repeat"});
     for (const auto& [name, value] : set_) need_parameter(name);
     scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
@@ -52,6 +53,8 @@ class SceneReader {
     for (const SceneTable& table : root.tables("spring")) spring(table);
     for (const SceneTable& table : root.tables("contact")) contact(table);
     for (const SceneTable& table : root.tables("force")) read_force(table, model());
+    for (const SceneTable& table : root.tables("event"))
+      scene_.events.push_back(read_event(table, model(), scene_.events));
     scene_.start = model().rest();
     for (const SceneTable& table : root.tables("body")) start(table);
     for (const std::string& pair : connect_shapes(root, shapes_, scene_.start, model()))

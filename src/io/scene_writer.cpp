@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/scene_events.hpp"
 #include "io/scene_gaps.hpp"
 #include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
@@ -42,6 +43,10 @@ class SceneWriter {
     for (const BodyForce& force : model_.forces()) {
       if (!force.recipe.known()) cannot_say(scene_, "force on '" + model_.body(force.body).name + "'");
       out_ += "\n[[force]]\n" + write_force(model_, force);
+    }
+    for (const UserEvent& event : scene_.events) {
+      if (!event.recipe.known()) cannot_say(scene_, "event '" + event.name + "'");
+      out_ += "\n[[event]]\n" + write_event(event);
     }
     return std::move(out_);
   }

@@ -92,7 +92,7 @@ StudyPlan plan_study(const StudyRequest& request, int shards, const TimingOption
           scene_key + " " + std::string(stepper->name()) + " " + parameter_of(*stepper);
       std::size_t turn = (names.size() - 1) * plan.lines.size() + line;
       const auto shard = [&] { return static_cast<int>(turn++ % static_cast<std::size_t>(shards)); };
-      if (plan.lines[line].method->order == 0) {
+      if (plan.lines[line].method->adaptive) {
         for (std::size_t level = 0; level < request.tolerances.size(); ++level)
           plan.runs.push_back({.scene = names.size() - 1,
                                .line = line,

@@ -19,7 +19,7 @@ struct StudyLine {
   /// The same, of a method that chooses its steps at this tolerance.
   std::unique_ptr<Stepper> stepper(double tolerance) const {
     MethodOptions chosen = options;
-    if (method->order == 0) chosen.tolerance = tolerance;
+    if (method->adaptive) chosen.tolerance = tolerance;
     return method->make(chosen);
   }
 };

@@ -39,6 +39,8 @@ EventDriven::EventDriven(EventDrivenOptions options) : options_(options) {
   };
   tolerance("rtol", options.rtol);
   if (!std::isnan(options.atol)) tolerance("atol", options.atol);
+  if (!std::isnan(options.look) && !(options.look > 0 && std::isfinite(options.look)))
+    refuse("EventDriven", "look", options.look, "needs to be positive [s]");
 }
 EventDriven::~EventDriven() = default;
 EventDriven::EventDriven(EventDriven&&) noexcept = default;

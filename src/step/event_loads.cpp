@@ -1,8 +1,10 @@
-// What loads do to a run: they jump at times that they name and where their switches are, and do what no step looked at.
+// What loads and the user do to a run: loads jump at times that they name and where their switches are, and do what no step looked at;
+// the user's events are marks, changes of the state, and ends.
 #include <algorithm>
 #include <cmath>
 
 #include "step/event_run.hpp"
+#include "step/event_watch.hpp"
 
 namespace perp {
 namespace {
@@ -18,7 +20,7 @@ double beyond(double t) { return std::nextafter(t, infinity); }
 void EventRun::watch_loads(double t_end) {
   constexpr double looks = 4096;
   t_end_ = t_end;
-  look_ = (t_end - now_.x.t) / looks;
+  look_ = std::isnan(options_.look) ? (t_end - now_.x.t) / looks : options_.look;
   jump_ = loads_.next(now_.x.t, beyond(t_end_), look_);
 }
 
@@ -36,32 +38,113 @@ bool EventRun::jump_of_loads(EventSample& to, const EventSample& middle) {
   to.x.t = jump_.t;
   model_.follow_turns(to.x);
   if (to.x.t > now_.x.t) add_row(now_, middle, to);
-  jump_ = loads_.next(to.x.t, beyond(t_end_), look_);
   now_.x = to.x;
-  return handle_event(State(to.x), {{.kind = Root::LoadJumps, .index = -1}});
+  log(EventKind::Load, jump_.name, ContactMode::Open, ContactMode::Open);
+  jump_ = loads_.next(to.x.t, beyond(t_end_), look_);
+  return handle_event(State(to.x), {{.kind = Root::Switch, .index = -1}});
 }
 
-/// Switches that were passed are on the other side from here on.
-void EventRun::pass_switches(const std::vector<Root>& triggers) {
-  for (const Root& root : triggers)
-    if (root.kind == Root::LoadJumps && root.index >= 0) sides_[at(root.index)].sign *= -1;
-}
-
-/// Switches of loads, in units of the largest value that each has had.
-void EventRun::list_switches() {
-  sides_.resize(loads_.switches().size());
-  for (std::size_t i = 0; i < sides_.size(); ++i) {
-    Side& side = sides_[i];
-    const double value = loads_.switches()[i].value(model_, now_.x);
-    if (side.sign == 0) side.sign = value < 0 ? -1 : 1;
-    side.scale = std::max(side.scale, std::abs(value));
-    constexpr double rounding = 1e-13;
-    roots_.push_back({.kind = Root::LoadJumps,
-                      .index = static_cast<int>(i),
-                      .small = rounding * side.scale,
-                      .vague = some_steps * options_.rtol * side.scale,
-                      .vague_rate = infinity});
+/// Where a switch is passed within the step, looked for in the cubics between its ends: `high` is a state past it, integrated. Events that
+/// began at their zeros are on the side to which they go.
+bool EventRun::switch_passed(EventSample& middle, EventSample& end, EventSample& high) {
+  if (switches_.empty() || middle.g.size() != end.g.size()) return false;
+  constexpr double least = 4, most = 1e6;
+  const double h = end.x.t - now_.x.t, looks = std::clamp(std::ceil(h / look_), least, most);
+  const auto of_step = {&now_, &middle, &end};
+  for (double k = 1; k < looks; ++k) {
+    const State x = between(now_, end, now_.x.t + k * h / looks);
+    for (std::size_t i = 0; i < roots_.size(); ++i) {
+      Root& root = roots_[i];
+      if (root.kind != Root::Switch) continue;
+      const std::size_t index = at(root.index);
+      if (!switches_.known(index)) {
+        const double g = switches_.g(index, model_, x);
+        if (!(std::abs(g) > root.vague)) continue;
+        switches_.learn(index, g);
+        root.armed = true;
+        for (EventSample* s : of_step)
+          s->g[static_cast<Eigen::Index>(i)] = switches_.value(index, model_, s->x);
+      } else if (root.fell(switches_.value(index, model_, x), 0) && state_at(x.t, high) && fell(i, high)) {
+        return true;
+      }
+    }
   }
+  return false;
+}
+
+/// What is wrong with a user's function; empty if nothing is.
+std::string EventRun::switch_fault(const EventSample& s) const {
+  for (std::size_t i = 0; i < roots_.size() && s.g.size() > 0; ++i)
+    if (roots_[i].kind == Root::Switch && std::isnan(s.g[static_cast<Eigen::Index>(i)]))
+      return not_a_number(switches_.name(at(roots_[i].index)), s.x.t);
+  return {};
+}
+
+/// Whether nothing is done there but to write it down, if that.
+bool EventRun::only_marks(const std::vector<Root>& triggers) const {
+  return std::all_of(triggers.begin(), triggers.end(), [&](const Root& r) {
+    return r.kind == Root::Switch && r.index >= 0 && !switches_.acts(at(r.index));
+  });
+}
+
+/// Goes on from where it passed such switches, in the same modes.
+void EventRun::mark(EventSample&& found, const std::vector<Root>& triggers) {
+  now_ = std::move(found);
+  restart_ = true;
+  pass_switches(triggers);
+  for (std::size_t i = 0; i < roots_.size(); ++i) {
+    const auto j = static_cast<Eigen::Index>(i);
+    const bool passed = triggered(triggers, roots_[i].kind, roots_[i].index);
+    if (passed) now_.g[j] = -now_.g[j];
+    roots_[i].armed = !passed && (roots_[i].armed || now_.g[j] > roots_[i].vague);
+  }
+  jump_rows_.clear();
+  jump_reactions_.resize(0);
+  jump_energy_ = jump_friction_ = 0;
+  add_jump_row();
+  dynamics_.begin_step(now_.x);
+}
+
+/// Switches that were passed are on the other side from here on; what the user does at his is done.
+void EventRun::pass_switches(const std::vector<Root>& triggers) {
+  disturbed_ = false;
+  for (const Root& root : triggers) {
+    if (root.kind != Root::Switch || root.index < 0) continue;
+    const std::size_t index = at(root.index);
+    const bool user = switches_.of_user(index), counts = switches_.counts(index);
+    switches_.pass(index);
+    if (counts)
+      log(user ? EventKind::User : EventKind::Load, switches_.name(index), ContactMode::Open,
+          ContactMode::Open);
+    if (user && counts) act_at(index);
+  }
+}
+
+void EventRun::act_at(std::size_t index) {
+  const UserEvent& event = switches_.event(index);
+  StepReport changed;
+  const EventDone done = act(event, model_, now_.x, changed);
+  if (!done.goes_on) out_.stopped_by = event.name;
+  if (!done.changed) return;
+  report = std::move(changed);
+  out_.add(now_.x, report);
+  disturbed_ = true;
+  // where others are now that a step has not led there
+  for (std::size_t i = 0; i < switches_.size(); ++i)
+    if (switches_.of_user(i)) switches_.forget(i);
+}
+
+/// Switches in units of the largest value that each has had.
+void EventRun::list_switches() {
+  constexpr double rounding = 1e-13;
+  const double vague = some_steps * options_.rtol;
+  switches_.measure(model_, now_.x, scales_, vague);
+  for (std::size_t i = 0; i < switches_.size(); ++i)
+    roots_.push_back({.kind = Root::Switch,
+                      .index = static_cast<int>(i),
+                      .small = rounding * switches_.scale(i),
+                      .vague = vague * switches_.scale(i),
+                      .vague_rate = infinity});
 }
 
 /// Cubic Hermite's state at t between a and b: to look at loads with, not to go on from.
@@ -82,8 +165,11 @@ State EventRun::between(const EventSample& a, const EventSample& b, double t) co
 }
 
 /// Up to when loads did in the step what the step could see of them.
-double EventRun::seen_until(const EventSample& a, const EventSample& b) const {
-  if (loads_.empty() || b.x.t - a.x.t <= look_) return b.x.t;
+double EventRun::seen_until(const EventSample& a, const EventSample& b) {
+  if (loads_.empty()) return b.x.t;
+  const double h = b.x.t - a.x.t;
+  unseen_ = std::max(unseen_, h / std::max(1.0, std::ceil(h / look_)));
+  if (h <= look_) return b.x.t;
   constexpr double tolerances = 10;
   const double small = tolerances * (options_.rtol * scales_.speed + atol_);
   return loads_.seen_until(model_, a.x.t, b.x.t, look_, small, small / scales_.length,

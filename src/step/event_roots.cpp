@@ -130,8 +130,8 @@ void EventRun::read_roots(EventSample& s) {
       case Root::JointSlips:
         s.g[i] = instant.joint_frictions[at(root.index)].friction - std::abs(s.joint_force[root.index]);
         break;
-      case Root::LoadJumps:
-        s.g[i] = sides_[at(root.index)].sign * loads_.switches()[at(root.index)].value(model_, s.x);
+      case Root::Switch:
+        s.g[i] = switches_.value(at(root.index), model_, s.x);
         break;
     }
     if (!root.of_force() || !(s.g[i] < -root.small)) continue;

@@ -44,8 +44,9 @@ EventRun::EventRun(const Model& model, const EventDrivenOptions& options, Trajec
   now_.x = out.back();
   t_begin_ = now_.x.t;
   continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, options, {}});
-  out_.between = [kept = continuation_](const State& from, std::size_t i, double t) {
-    return kept->go_on(from, i, t);
+  out_.locates_events = true;
+  out_.between = [kept = continuation_](const Trajectory& run, std::size_t i, double t) {
+    return kept->go_on(run.state(i), i, t);
   };
 }
 
@@ -62,6 +63,7 @@ bool EventRun::fail(StepStatus status, const std::string& why) {
 bool EventRun::run(const RunRequest& request) {
   if (!integrator_) return fail(StepStatus::NotSolved, "this perp was built without SUNDIALS");
   const double t0 = now_.x.t, length = request.t_end - t0;
+  switches_ = Switches(loads_, request.events);
   watch_loads(request.t_end);
   const double rows = std::isnan(request.h) ? 1 : std::max(1.0, std::round(length / request.h));
   const bool reached = begin() && [&] {
@@ -69,12 +71,14 @@ bool EventRun::run(const RunRequest& request) {
       const double stop = k == rows ? request.t_end : t0 + k * length / rows;
       while (now_.x.t < stop) {
         if (!advance(stop)) return false;
+        if (!out_.stopped_by.empty()) return true;
         if (request.progress && !request.progress(now_.x.t)) return true;
       }
     }
     return true;
   }();
   out_.evaluations = dynamics_.evaluations;
+  out_.unseen = unseen_;
   return reached;
 }
 
@@ -94,10 +98,7 @@ bool EventRun::begin() {
     if (!moved.reached)
       return fail(StepStatus::NotSolved, "no state near the first one satisfies its constraints");
   }
-  double joint_rate = 0;
-  for (const JointRowInstant& row : instant_.joint_rows)
-    joint_rate = std::max(joint_rate, std::abs(row.velocity(now_.x.nu)));
-  if (joint_rate > scales_.small_speed() && !jump(false))
+  if (joint_rate() > scales_.small_speed() && !jump(false))
     return fail(StepStatus::NotSolved,
                 "a joint is jerked at the start, and no velocities were found that joints, motions and "
                 "contacts allow");
@@ -111,6 +112,14 @@ bool EventRun::begin() {
   else
     add_jump_row();
   return true;
+}
+
+/// The largest velocity that a joint does not allow.
+double EventRun::joint_rate() const {
+  double rate = 0;
+  for (const JointRowInstant& row : instant_.joint_rows)
+    rate = std::max(rate, std::abs(row.velocity(now_.x.nu)));
+  return rate;
 }
 
 /// Time in which no joint between spatial bodies turns by more than a quarter, from rates and accelerations now, with room for these
@@ -177,9 +186,10 @@ bool EventRun::advance(double t_stop) {
 
   EventSample to = sample(end);
   if (to.nu_dot.size() == 0 && model_.nv() > 0) return carry_across(t_stop, "forces are not finite");
-  const EventSample middle = sample(half_way(now_, to));
+  if (const std::string fault = switch_fault(to); !fault.empty()) return fail(StepStatus::NotFinite, fault);
+  EventSample middle = sample(half_way(now_, to));
   EventSample high;
-  if (bracket(middle, to, high)) {
+  if (switch_passed(middle, to, high) || bracket(middle, to, high)) {
     EventSample found;
     std::vector<Root> triggers;
     if (!locate(high, found, triggers)) return carry_across(t_stop, "an event was not located");
@@ -188,6 +198,7 @@ bool EventRun::advance(double t_stop) {
       model_.follow_turns(found.x);
       add_row(now_, between, found);
     }
+    if (only_marks(triggers)) return mark(std::move(found), triggers), true;
     return handle_event(found.x, triggers);
   }
   if (const double seen = seen_until(now_, to); seen < to.x.t) {  // a load did what the step did not see
@@ -212,6 +223,7 @@ bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
   if (too_many_events()) return carry_across(infinity, "too many events");
   const Modes before = modes_;
   pass_switches(triggers);
+  if (!out_.stopped_by.empty()) return true;
   resting_.clear();
   closing_.clear();
   (void)dynamics_.rows(now_.x);
@@ -261,7 +273,7 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
         std::any_of(instant_.contacts.begin(), instant_.contacts.end(), [&](const ContactInstant& c) {
           return c.psi_n <= scales_.small_gap() && c.velocity(x.nu).x() < -scales_.small_speed();
         });
-    if (approach) {
+    if (approach || (attempt == 0 && disturbed_ && joint_rate() > scales_.small_speed())) {
       if (!jump(false)) return fail(StepStatus::NotSolved, "an impact was not solved");
       continue;
     }

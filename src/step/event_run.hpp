@@ -11,6 +11,7 @@
 #include "step/acceleration_problem.hpp"
 #include "step/integrator.hpp"
 #include "step/loads_in_time.hpp"
+#include "step/switches.hpp"
 
 namespace perp {
 
@@ -26,7 +27,7 @@ struct Root {
     ContactSlips,  ///< mu c_n - |c_f| of one that sticks
     JointRests,    ///< rate of a joint with friction, times its sign
     JointSlips,    ///< c_max - |c_bf| of one at rest
-    LoadJumps      ///< a switch of a load, times the sign it has, or a time that a load names
+    Switch         ///< one of Switches, or a time that a load names (index -1)
   };
   Kind kind = Touch;
   int index = 0;     ///< the point, or the joint friction
@@ -36,7 +37,7 @@ struct Root {
   bool armed = false;            ///< it has been above zero in this stretch
 
   bool of_contact() const { return kind < JointRests; }
-  bool far_side() const { return kind == LoadJumps; }  ///< located past its zero, not before
+  bool far_side() const { return kind == Switch; }  ///< located past its zero, not before
   bool of_force() const { return kind == Lift || kind == ContactSlips || kind == JointSlips; }
 
   /// Whether g, with its rate where that is known, is below zero for sure.
@@ -96,8 +97,14 @@ class EventRun {
   void watch_loads(double t_end);
   double just_before_jump() const;
   bool jump_of_loads(EventSample& to, const EventSample& middle);
-  double seen_until(const EventSample& a, const EventSample& b) const;
+  double seen_until(const EventSample& a, const EventSample& b);
+  bool switch_passed(EventSample& middle, EventSample& end, EventSample& high);
+  std::string switch_fault(const EventSample& s) const;
+  bool only_marks(const std::vector<Root>& triggers) const;
+  void mark(EventSample&& found, const std::vector<Root>& triggers);
   void pass_switches(const std::vector<Root>& triggers);
+  void act_at(std::size_t index);
+  double joint_rate() const;
   bool carry_across(double t_stop, const std::string& why);
   bool too_many_events();
   void take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,
@@ -141,13 +148,12 @@ class EventRun {
   EventSample now_;
   double t_begin_ = 0;  // of the run
   bool restart_ = true;
+  bool disturbed_ = false;  // the user has changed the state
   LoadsInTime loads_;
   LoadsInTime::Jump jump_;  // the next that is named
   double look_ = infinity, look_until_ = infinity, t_end_ = infinity;
-  struct Side {
-    double sign = 0, scale = 0;  // of a load's switch: where it is, how large it has been
-  };
-  std::vector<Side> sides_;  // of loads' switches
+  double unseen_ = 0;  // the longest interval in which loads were not looked at
+  Switches switches_;
   double natural_step_ = 0;  // of the integrator, where nothing cut it short
   int carried_ = 0, short_steps_ = 0;
   long evaluations_before_ = 0, feasibility_tests_ = 0;

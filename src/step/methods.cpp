@@ -8,32 +8,34 @@ namespace perp {
 
 const std::vector<Method>& methods() {
   static const std::vector<Method> all = {
-      {"lcp", 1, true, "the 2003 time-stepping LCP: linearised gaps, polygonal friction",
+      {"lcp", 1, false, true, "the 2003 time-stepping LCP: linearised gaps, polygonal friction",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<LcpStepper>(LcpStepperOptions{.edges = o.edges, .reactions = o.reactions});
        }},
-      {"lcp-ap", 1, true, "Anitescu and Potra's LCP: velocity-level gaps, a solution always exists",
+      {"lcp-ap", 1, false, true, "Anitescu and Potra's LCP: velocity-level gaps, a solution always exists",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<LcpStepper>(
              LcpStepperOptions{.edges = o.edges, .anitescu_potra = true, .reactions = o.reactions});
        }},
-      {"ncp", 1, false, "the fully implicit step: nonlinear gaps, circular cones, everything at the end",
+      {"ncp", 1, false, false,
+       "the fully implicit step: nonlinear gaps, circular cones, everything at the end",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<NcpStepper>(NcpStepperOptions{.reactions = o.reactions});
        }},
-      {"ncp-start", 1, false, "nonlinear gaps and circular cones, directions of impulses at the start",
+      {"ncp-start", 1, false, false, "nonlinear gaps and circular cones, directions of impulses at the start",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<NcpStepper>(
              NcpStepperOptions{.directions = Directions::Start, .reactions = o.reactions});
        }},
-      {"ncp2", 2, false, "second order: a nonsmooth RATTLE with circular cones",
+      {"ncp2", 2, false, false, "second order: a nonsmooth RATTLE with circular cones",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<Ncp2Stepper>(Ncp2StepperOptions{.reactions = o.reactions});
        }},
-      {"event", 0, false, "the instantaneous model integrated by SUNDIALS to a tolerance, events located",
+      {"event", 0, true, false,
+       "the instantaneous model integrated by SUNDIALS to a tolerance, events located",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<EventDriven>(
-             EventDrivenOptions{.rtol = o.tolerance, .integrator = o.integrator});
+             EventDrivenOptions{.rtol = o.tolerance, .integrator = o.integrator, .look = o.look});
        }},
   };
   return all;

@@ -27,6 +27,10 @@ std::string_view name_of(EventKind kind) {
       return "zeno";
     case EventKind::Painleve:
       return "painleve";
+    case EventKind::Load:
+      return "load";
+    case EventKind::User:
+      return "user";
   }
   return "";
 }
@@ -103,11 +107,16 @@ StepReport Trajectory::report(std::size_t step) const {
 }
 
 State Trajectory::at(double t) const {
-  if (!between) refuse("Trajectory::at", "run", "of fixed steps", "needs a method that chooses its steps");
   if (size() == 0 || !(t >= t_.front() && t <= t_.back()))
     refuse("Trajectory::at", "t", t, "needs to be within the run");
   const auto i = static_cast<std::size_t>(std::upper_bound(t_.begin(), t_.end(), t) - t_.begin()) - 1;
-  return t == t_[i] ? state(i) : between(state(i), i, t);
+  if (t == t_[i]) return state(i);
+  if (!between) refuse("Trajectory::at", "run", "rows alone", "needs a run of simulate(), or `between`");
+  return between(*this, i, t);
+}
+
+bool chooses_steps(const Stepper& stepper) {
+  return dynamic_cast<const AdaptiveStepper*>(&stepper) != nullptr;
 }
 
 }  // namespace perp

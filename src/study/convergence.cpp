@@ -162,7 +162,7 @@ ConvergenceTable ScenePlan::tabulate(std::vector<StudyRun> runs, const std::vect
 
 void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
                            ConvergenceTable& table) const {
-  if (method.order() == 0) {  // its errors follow a tolerance
+  if (chooses_steps(method)) {  // its errors follow a tolerance
     OrderRow row{.method = std::string(method.name()), .parameter = parameter_of(method)};
     row.q.note = "chooses its steps";
     row.q.points = static_cast<int>(runs.size());
@@ -247,8 +247,8 @@ ConvergenceTable ConvergenceStudy::run(const std::vector<Stepper*>& methods) con
   std::vector<StudyRun> runs;
   for (Stepper* method : methods) {
     if (method == nullptr) refuse("ConvergenceStudy::run", "methods", "null", "needs steppers");
-    if (method->order() == 0) runs.push_back(plan.run(*method, 0, 1));
-    for (std::size_t level = 0; level < plan.counts().size() && method->order() > 0; ++level)
+    if (chooses_steps(*method)) runs.push_back(plan.run(*method, 0, 1));
+    for (std::size_t level = 0; level < plan.counts().size() && !chooses_steps(*method); ++level)
       for (const int n : plan.counts()[level]) runs.push_back(plan.run(*method, static_cast<int>(level), n));
   }
   return plan.tabulate(std::move(runs), methods);

@@ -41,7 +41,7 @@ int main() {
     evaluate(model, way.scene.start, now);
     for (const char* method : {"lcp", "ncp", "ncp2", "event"}) {
       const std::unique_ptr<Stepper> stepper = make_stepper(method, {});
-      const SimulateOptions options{.t_end = t_end, .h = stepper->order() > 0 ? h : not_set};
+      const SimulateOptions options{.t_end = t_end, .h = chooses_steps(*stepper) ? not_set : h};
       const Trajectory run = simulate(model, *stepper, way.scene.start, options);
       const int steps = static_cast<int>(run.steps());
       const double seconds =

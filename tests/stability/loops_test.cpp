@@ -41,7 +41,7 @@ Loop observe(const Scene& s, const std::string& method, double t_end, double h) 
     loop.joint_error = std::max(loop.joint_error, f.joint_error);
     loop.energy_error = std::max(loop.energy_error, std::abs(f.energy - before));
   };
-  if (stepper->order() == 0) {
+  if (chooses_steps(*stepper)) {
     const Trajectory run = simulate(s.model, *stepper, s.start, {.t_end = t_end});
     for (std::size_t i = 0; i < run.steps(); ++i) look(run.figures(i));
     return loop;

@@ -14,6 +14,10 @@ namespace {
 
 constexpr double strength = 1e4, begin = 20;  // [N], [s]
 
+long count(const Trajectory& run, EventKind kind) {
+  return std::count_if(run.events.begin(), run.events.end(), [&](const Event& e) { return e.kind == kind; });
+}
+
 /// A particle of 1 kg that nothing holds, under a force along x written as text.
 Scene pushed(const std::string& force, const std::string& more = "") {
   return read_scene("gravity = [0, 0, 0]\n[[body]]\nname = \"p\"\nkind = \"particle\"\nmass = 1\n" + more +
@@ -38,6 +42,9 @@ TEST_CASE("A push that a scene file switches on and off acts however short it is
   const double v = strength * (std::stod(to) - std::stod(from));
   CHECK(std::abs(run.back().nu[0] - v) < 1e-10 * v);
   CHECK(std::abs(run.back().q[0] - v * (10 - 0.5 * width)) < 1e-9 * v * 10);
+  REQUIRE(count(run, EventKind::Load) == 2);
+  CHECK(run.events[0].contact == "p");
+  CHECK(std::abs(run.events[0].t - begin) < 1e-14 * begin);
 }
 
 TEST_CASE("A force of one's own that names its times acts however short it is", "[event][loads]") {
@@ -57,19 +64,70 @@ TEST_CASE("A force of one's own that names its times acts however short it is", 
   CHECK(std::abs(run.back().nu[0] - v) < 1e-9 * v);
 }
 
-TEST_CASE("Smooth pushes are seen from a hundredth of a second in half a minute on", "[event][loads]") {
+TEST_CASE(
+    "A force of one's own that names nothing acts where it is looked at, and the run says how often that is",
+    "[event][loads]") {
   if (!has_sundials()) return;
-  const double width = GENERATE(1e-2, 0.05, 0.3);
-  const Scene s = pushed("exp(-((t - 17.3)/" + std::to_string(width) + ")^2)");
-  const Trajectory run = run_to(s, 30);
+  const double width = GENERATE(1e-3, 1e-2, 0.1, 1.0);
+  Model model;
+  model.set_gravity(Vector3::Zero());
+  const BodyId p = model.add_particle(1);
+  model.add_force(p, [width](const Model&, const State& x) {
+    return Wrench{{x.t >= begin && x.t < begin + width ? strength : 0, 0, 0}, Vector3::Zero()};
+  });
+  const double look = 0.4 * width, v = strength * ((begin + width) - begin);
+  EventDriven looks({.look = look}), plain;
+  const Trajectory seen = simulate(model, looks, model.rest(), {.t_end = 30});
+  CAPTURE(width, seen.back().nu[0] / v - 1);
+  CHECK(std::abs(seen.back().nu[0] - v) < 1e-8 * v);
+  CHECK(seen.unseen <= look);
+  CHECK(seen.unseen > 0.5 * look);
+  const Trajectory run = simulate(model, plain, model.rest(), {.t_end = 30});
+  CHECK(run.unseen <= 30.0 / 4096);
+  CHECK(run.unseen > 0.5 * 30.0 / 4096);
+  // a force that is there and does not change with time cannot be told from one that does
+  Model still;
+  const BodyId ball = still.add_particle(1);
+  CHECK(simulate(still, plain, still.rest(), {.t_end = 1}).unseen == 0);
+  still.add_force(ball, [](const Model&, const State&) { return Wrench{{1, 0, 0}, Vector3::Zero()}; });
+  CHECK(simulate(still, plain, still.rest(), {.t_end = 1}).unseen > 0);
+}
+
+TEST_CASE(
+    "Smooth pushes are seen from a hundredth of a second in half a minute on, and with looks from a "
+    "thousandth",
+    "[event][loads]") {
+  if (!has_sundials()) return;
+  const double width = GENERATE(1e-3, 1e-2, 0.05, 0.3, 1.0);
+  const EventDrivenOptions options{.look = width < 1e-2 ? width : not_set};
+  const std::string pulse = "exp(-((t - 17.3)/" + std::to_string(width) + ")^2)";
   const double v = width * std::sqrt(std::numbers::pi);
   CAPTURE(width);
-  CHECK(std::abs(run.back().nu[0] - v) < 1e-8);
+  SECTION("of forces") {
+    const Trajectory run = run_to(pushed(pulse), 30, options);
+    CHECK(std::abs(run.back().nu[0] - v) < 1e-9);
+    CHECK(run.unseen <= (width < 1e-2 ? width : 30.0 / 4096));
+  }
+  SECTION("of forces along the way of what moves") {
+    const Trajectory run = run_to(pushed(pulse, "velocity = [-1, 0.5, 0]\n"), 30, options);
+    CHECK(std::abs(run.back().nu[0] - (v - 1)) < 1e-9);
+  }
+  SECTION("of motors") {
+    const Scene s = read_scene(
+        "gravity = [0, 0, 0]\n[[body]]\nname = \"arm\"\nkind = \"planar\"\nmass = 1\ninertia = 0.1\n"
+        "position = [0.5, 0]\n[[joint]]\nname = \"hinge\"\nkind = \"revolute\"\na = \"ground\"\nb = "
+        "\"arm\"\n"
+        "point = [0, 0, 0]\n[[motor]]\njoint = \"hinge\"\neffort = \"" +
+            pulse + "\"\n",
+        "arm.toml");
+    const Trajectory run = run_to(s, 30, options);
+    CHECK(std::abs(s.model.coordinate_rate(run.back(), s.model.find_joint("hinge")) - v / 0.35) < 1e-8);
+  }
 }
 
 TEST_CASE("A plate that rises for a moment knocks a ball away", "[event][loads]") {
   if (!has_sundials()) return;
-  const double width = GENERATE(1e-2, 0.1);
+  const double width = GENERATE(1e-3, 1e-2, 0.1);
   const Scene s = read_scene(
       "gravity = [0, 0, 0]\n[[body]]\nname = \"plate\"\nkind = \"prescribed\"\nmotion = { kind = "
       "\"function\", position = [0, 0, "
@@ -79,7 +137,7 @@ TEST_CASE("A plate that rises for a moment knocks a ball away", "[event][loads]"
           "[[body]]\nname = \"ball\"\nkind = \"particle\"\nmass = 1\nposition = [0, 0, 0.01]\n"
           "[[contact]]\na = \"plate\"\nb = \"ball\"\ngap = { kind = \"particle_on_plane\" }\ne = 1\n",
       "plate.toml");
-  const Trajectory run = run_to(s, 30);
+  const Trajectory run = run_to(s, 30, {.look = width < 1e-2 ? width : not_set});
   // at the half height s = sqrt(ln 2) before the top the plate rises at .02 2 s exp(-s^2)/width; the ball leaves at twice that
   const double rise = 0.02 * 2 * std::sqrt(std::numbers::ln2) * 0.5 / width;
   CAPTURE(width);
@@ -100,6 +158,7 @@ TEST_CASE("A box at rest that gets one short push slides as far as its friction 
   const Trajectory run = run_to(s, 10);
   const double v = a * width;
   CHECK(std::abs(run.back().q[0] - (0.5 * v * width + v * v / (2 * mu * g))) < 1e-9);
+  CHECK(count(run, EventKind::Load) == 2);
 }
 
 TEST_CASE("A door at rest by its friction gives way to a shove of its motor", "[event][loads]") {
@@ -124,12 +183,25 @@ TEST_CASE("A force that jumps where the body is jumps there", "[event][loads]") 
   const Trajectory run = run_to(s, 3);
   // into the field at t = 1, back at 1.02 with the same speed
   CHECK(std::abs(run.back().q[0] + 0.98) < 1e-8);
+  CHECK(count(run, EventKind::Load) == 2);
+}
+
+TEST_CASE("A field that is crossed within one step of the integrator acts", "[event][loads]") {
+  if (!has_sundials()) return;
+  const double width = GENERATE(1e-3, 1e-2, 0.1);
+  const Scene s =
+      pushed("-0.4*(step(x - 1) - step(x - 1 - " + std::to_string(width) + "))", "velocity = [1, 0, 0]\n");
+  const Trajectory run = run_to(s, 3, {.look = 0.4 * width});
+  CAPTURE(width);
+  CHECK(std::abs(run.back().nu[0] - std::sqrt(1 - 0.8 * width)) < 1e-9);
+  CHECK(count(run, EventKind::Load) == 2);
 }
 
 TEST_CASE("A square wave jumps at each of its edges", "[event][loads]") {
   if (!has_sundials()) return;
   const Scene s = pushed("step(sin(10*t))");
   const Trajectory run = run_to(s, 2);
+  CHECK(count(run, EventKind::Load) == 6);
   CHECK(std::abs(run.back().nu[0] - (3 * std::numbers::pi / 10 + (2 - 6 * std::numbers::pi / 10))) < 1e-10);
 }
 

@@ -15,12 +15,14 @@ struct MethodOptions {
   int edges = 8;                               ///< of the friction polygon, in linear methods
   double tolerance = 1e-10;                    ///< rtol = atol of methods that choose their steps
   Integrator integrator = Integrator::Arkode;  ///< of `event`
+  double look = not_set;                       ///< of `event`: EventDrivenOptions::look [s]
   Reactions reactions = Reactions::Any;        ///< that methods with steps of fixed size report
 };
 
 struct Method {
   std::string_view name;
-  int order;              ///< in smooth motion; 0: set by a tolerance, the method chooses its steps
+  int order;              ///< in smooth motion; 0: that of a tolerance
+  bool adaptive;          ///< it chooses its steps by a tolerance: an AdaptiveStepper
   bool polygonal;         ///< whether `edges` matters to it
   std::string_view what;  ///< one phrase
   std::unique_ptr<Stepper> (*make)(const MethodOptions&);

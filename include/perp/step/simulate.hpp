@@ -14,6 +14,7 @@ struct SimulateOptions {
   bool project_initial = false;            ///< first moves x onto its constraints (project_onto_constraints)
   double max_correction_speed = infinity;  ///< cap on the speed at which an overlap is pushed out [m/s]
   std::function<bool(double t)> progress = {};  ///< called after every step; false ends the run there
+  std::vector<UserEvent> events = {};           ///< what the run looks out for
 
   // Of a run of fixed steps that is made in pieces: x is its state after `taken` steps from t_start.
   double t_start = not_set;  ///< [s]; x.t if not set
@@ -31,17 +32,17 @@ class RunSink {
  public:
   virtual ~RunSink() = default;
   virtual void step(const State& x, const StepReport& report) = 0;  ///< one that advanced, to x
-  virtual void event(const Event& event) {
-    (void)event;
-  }  ///< of methods that locate them: after the row it belongs to
+  virtual void event(const Event& event) { (void)event; }           ///< after the row it belongs to
 };
 
 /// How a run into a sink ended.
 struct RunEnd {
-  State x;                ///< of the last step
-  std::size_t steps = 0;  ///< taken now
-  bool reached = false;   ///< t_end; else `progress` ended it
-  long evaluations = 0;   ///< of the right-hand side, of methods that have one
+  State x;                 ///< of the last step
+  std::size_t steps = 0;   ///< taken now; of fixed steps those of the grid, each once
+  bool reached = false;    ///< t_end; else `progress` ended it, or
+  std::string stopped_by;  ///< the user's event of this name
+  long evaluations = 0;    ///< of the right-hand side, of methods that have one
+  double unseen = 0;       ///< Trajectory::unseen
 };
 
 /// A step that did not reach its tolerance: what it said, and the trajectory up to it. The one exception that a correct
@@ -54,7 +55,8 @@ class StepFailure : public std::runtime_error {
 };
 
 /// Takes n = max(1, round((t_end - x.t)/h)) steps of (t_end - x.t)/n, so that t_k = x.t + k (t_end - x.t)/n. A method
-/// that chooses its steps (EventDriven) takes its own, and only needs t_end.
+/// that chooses its steps (EventDriven) takes its own, and only needs t_end. Where a user's event does something the step is divided
+/// there; a state that it changed is a row of its own, of length 0 and the same time.
 /// Throws StepFailure at the first step that does not advance; std::invalid_argument for options or a state that it
 /// cannot take.
 [[nodiscard]] Trajectory simulate(const Model& model, Stepper& stepper, const State& x,

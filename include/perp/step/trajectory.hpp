@@ -7,19 +7,22 @@
 #include <vector>
 
 #include "perp/step/stepper.hpp"
+#include "perp/step/user_event.hpp"
 
 namespace perp {
 
 enum class EventKind {
-  Touch,    ///< a contact closes without a jump of velocities
-  Lift,     ///< it opens
-  Stick,    ///< sliding ends
-  Slip,     ///< sliding begins
-  Reverse,  ///< sliding goes on the other way
-  Stop,     ///< a joint's limit closes
-  Impact,   ///< velocities jump
-  Zeno,     ///< infinitely many events, or too many: carried across
-  Painleve  ///< CP1 had no solution, or several
+  Touch,     ///< a contact closes without a jump of velocities
+  Lift,      ///< it opens
+  Stick,     ///< sliding ends
+  Slip,      ///< sliding begins
+  Reverse,   ///< sliding goes on the other way
+  Stop,      ///< a joint's limit closes
+  Impact,    ///< velocities jump
+  Zeno,      ///< infinitely many events, or too many: carried across
+  Painleve,  ///< CP1 had no solution, or several
+  Load,      ///< a load or a motion jumps, or a derivative of it
+  User       ///< a UserEvent
 };
 
 [[nodiscard]] std::string_view name_of(EventKind kind);  ///< "touch", "lift", ...
@@ -28,7 +31,8 @@ enum class EventKind {
 struct Event {
   double t = 0;
   EventKind kind = EventKind::Touch;
-  std::string contact;                     ///< name of the contact point or the joint; empty: of none alone
+  std::string
+      contact;  ///< name of the contact point, joint, loaded body or user's event; empty: of none alone
   ContactMode before = ContactMode::Open;  ///< of a joint: Stick or Slip
   ContactMode after = ContactMode::Open;
 };
@@ -54,16 +58,22 @@ class Trajectory {
   const StepFigures& figures(std::size_t step) const { return figures_[step]; }
   StepReport report(std::size_t step) const;  ///< of the step to state(step + 1)
 
-  /// The state at any time of the run, of methods that choose their steps: integrated anew from the last state before t, to the
-  /// run's own tolerance; just after an event if t is one. Throws std::invalid_argument for a time outside the run, and
-  /// for runs of fixed steps, whose states are all there is.
+  /// The state at any time of the run, the last one of that time where velocities jump. Of methods that choose their steps: integrated
+  /// anew from the last row before t, to the run's own tolerance. Of fixed steps: cubics through both ends of a step with their
+  /// rates, within O(h^4) in q and O(h^3) in nu of the smooth motion through these; across an impact within the step O(h). Throws
+  /// std::invalid_argument for a time outside the run, and for rows that were put together without `between`.
   State at(double t) const;
 
-  std::vector<Event> events;  ///< in order of time, of methods that locate them
-  long evaluations = 0;       ///< of the right-hand side, of methods that have one
+  std::vector<Event> events;    ///< in order of time: of methods that locate them, and the user's
+  bool locates_events = false;  ///< whether the method does
+  std::string stopped_by;       ///< the user's event that ended the run; empty if none did
+  long evaluations = 0;         ///< of the right-hand side, of methods that have one
+  /// The longest interval in which a method that chooses its steps did not look at loads and motions that change with time, and do more
+  /// than jump at times that they name [s]; 0 if there are none.
+  double unseen = 0;
 
-  /// How at() goes on from state i to t.
-  std::function<State(const State& from, std::size_t i, double t)> between;
+  /// How at() comes from state i to t, which is before state i + 1.
+  std::function<State(const Trajectory& run, std::size_t i, double t)> between;
 
  private:
   std::size_t nq_ = 0, nv_ = 0, windings_ = 0;
@@ -80,6 +90,7 @@ struct RunRequest {
   double t_end = not_set;
   double h = not_set;  ///< rows at its multiples too, if set
   std::function<bool(double t)> progress = {};
+  std::vector<UserEvent> events = {};
 };
 
 /// A method that chooses its steps by a tolerance: it takes whole runs.
@@ -91,5 +102,8 @@ class AdaptiveStepper : public Stepper {
   /// not reached.
   [[nodiscard]] virtual StepReport run(const Model& model, Trajectory& run, const RunRequest& request) = 0;
 };
+
+/// Whether a method is one of those.
+[[nodiscard]] bool chooses_steps(const Stepper& stepper);
 
 }  // namespace perp

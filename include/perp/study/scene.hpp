@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "perp/model/model.hpp"
+#include "perp/step/user_event.hpp"
 
 namespace perp {
 
@@ -24,7 +25,8 @@ struct Scene {
   std::string what;  ///< one sentence
   Model model;
   State start;
-  double t_end = 1;  ///< [s] default length of a run
+  double t_end = 1;                    ///< [s] default length of a run
+  std::vector<UserEvent> events = {};  ///< what a run looks out for: for SimulateOptions::events
   std::vector<SceneParameter> parameters;
   std::vector<std::string>
       unused;  ///< what of the file that it was read from does not enter, and where it stands
