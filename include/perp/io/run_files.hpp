@@ -41,7 +41,7 @@ struct RunFilesOptions {
 ///   what the joint's equations give to b at its anchor there, world axes [N, N m], friction what its dry friction gives along
 ///   the coordinate; mode stick where friction holds it, else slip.
 ///
-/// events.csv, of methods that locate events: t,kind,contact,before,after; modes open, stick, slip. There the trajectory has the
+/// events.csv, of methods that locate events, and of runs that have events of the user's: t,kind,contact,before,after; modes open, stick, slip. There the trajectory has the
 ///   accepted steps and two rows at an event, the second of length 0, where an impact's contacts have impulses and no force; f is
 ///   the force at t.
 ///
