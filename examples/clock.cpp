@@ -1,5 +1,5 @@
 // Events of one's own: a clock. Whenever its damped balance swings up through the middle it gets a kick, and the run ends at the
-// fortieth.
+// sixtieth.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -24,7 +24,7 @@ int main() {
       .direction = 1,
       .then =
           [&kicks, kick](const perp::Model&, perp::State& s) {
-            if (++kicks == 40) return perp::AfterEvent::Stop;
+            if (++kicks == 60) return perp::AfterEvent::Stop;
             s.nu[0] += kick;
             return perp::AfterEvent::GoOn;
           }};
@@ -42,9 +42,9 @@ int main() {
     kicks = 0;
   };
   perp::Ncp2Stepper fixed;
-  report("ncp2", perp::simulate(model, fixed, x, {.t_end = 200, .h = 2e-3, .events = {middle}}));
+  report("ncp2", perp::simulate(model, fixed, x, {.t_end = 300, .h = 2e-3, .events = {middle}}));
   perp::EventDriven events({.rtol = 1e-11});
   if (perp::has_sundials())
-    report("event", perp::simulate(model, events, x, {.t_end = 200, .events = {middle}}));
+    report("event", perp::simulate(model, events, x, {.t_end = 300, .events = {middle}}));
   return worst < 1e-6 ? 0 : 1;
 }
