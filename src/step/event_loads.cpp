@@ -31,17 +31,36 @@ double EventRun::just_before_jump() const {
 }
 
 /// From just before the jump to it, by a Taylor step that is exact to rounding; then what it changes.
-bool EventRun::jump_of_loads(EventSample& to, const EventSample& middle) {
-  const double dt = jump_.t - to.x.t;
-  move(model_, to.x.nu, dt, to.x.q);
-  to.x.nu += dt * to.nu_dot;
-  to.x.t = jump_.t;
-  model_.follow_turns(to.x);
-  if (to.x.t > now_.x.t) add_row(now_, middle, to);
-  now_.x = to.x;
+bool EventRun::jump_of_loads(const EventSample& before) {
+  State x = before.x;
+  const double dt = jump_.t - x.t;
+  move(model_, x.nu, dt, x.q);
+  x.nu += dt * before.nu_dot;
+  x.t = jump_.t;
+  model_.follow_turns(x);
+  if (x.t > now_.x.t) add_row(now_, before, x);
+  now_.x = x;
   log(EventKind::Load, jump_.name, ContactMode::Open, ContactMode::Open);
-  jump_ = loads_.next(to.x.t, beyond(t_end_), look_);
-  return handle_event(State(to.x), {{.kind = Root::Switch, .index = -1}});
+  jump_ = loads_.next(x.t, beyond(t_end_), look_);
+  return handle_event(x, {{.kind = Root::Switch, .index = -1}});
+}
+
+/// What was found, past the switch of a load, as it is just before.
+EventSample EventRun::near_side(const EventSample& found, const std::vector<Root>& triggers) {
+  for (const Root& root : triggers) {
+    if (root.kind != Root::Switch || root.index < 0 || switches_.of_user(at(root.index))) continue;
+    constexpr int most = 30;
+    double back =
+        2.3e-16 * std::max(std::abs(found.x.t), scales_.speed > 0 ? scales_.length / scales_.speed : 0);
+    for (int k = 0; k < most && back < found.x.t - now_.x.t; ++k, back *= 2) {
+      State x = found.x;
+      move(model_, x.nu, -back, x.q);
+      x.nu -= back * found.nu_dot;
+      x.t -= back;
+      if (switches_.value(at(root.index), model_, x) > 0) return sample(x);
+    }
+  }
+  return found;
 }
 
 /// Where a switch is passed within the step, looked for in the cubics between its ends: `high` is a state past it, integrated. Events that

@@ -128,14 +128,15 @@ void EventRun::certify(const EventSample& s) {
   }
 }
 
-/// The row at the end of a step in fixed modes; impulses, works and what they are checked against by RowQuadrature.
-void EventRun::add_row(const EventSample& from, const EventSample& /*middle*/, const EventSample& to) {
+/// The row of a step in fixed modes that ends at `end`; impulses, works and what they are checked against by RowQuadrature. What is seen
+/// of its end is `to`, the same but for rounding: where loads jump there it is on this side of the jump.
+void EventRun::add_row(const EventSample& from, const EventSample& to, const State& end) {
   RowQuadrature row;
   const bool measured = row.integrate(dynamics_, from.x, to.x, options_.rtol);
   (void)dynamics_.rows(to.x);
   report = {};
-  report.t = to.x.t;
-  report.h = to.x.t - from.x.t;
+  report.t = end.t;
+  report.h = end.t - from.x.t;
   certify(to);
   report.residuals.newton_euler = row.momentum_residual;
   report.residuals.kinematic = row.kinematic_residual;
@@ -175,7 +176,7 @@ void EventRun::add_row(const EventSample& from, const EventSample& /*middle*/, c
   report.energy_overlap = not_set;  // closed contacts are closed: nothing is pushed out
   report.energy_left = report.energy - model_.energy(from.x) - report.energy_friction - report.energy_load -
                        report.energy_motor - report.energy_surface;
-  out_.add(to.x, report);
+  out_.add(end, report);
 }
 
 /// The second row at an event: after it, with the impulses of a jump, whose momentum and energy are checked from the row before.

@@ -96,7 +96,8 @@ class EventRun {
   bool jump(bool jam);
   void watch_loads(double t_end);
   double just_before_jump() const;
-  bool jump_of_loads(EventSample& to, const EventSample& middle);
+  bool jump_of_loads(const EventSample& before);
+  EventSample near_side(const EventSample& found, const std::vector<Root>& triggers);
   double seen_until(const EventSample& a, const EventSample& b);
   bool switch_passed(EventSample& middle, EventSample& end, EventSample& high);
   std::string switch_fault(const EventSample& s) const;
@@ -130,7 +131,7 @@ class EventRun {
   bool inelastic(int point, double approach);
   void log_changes(const Modes& before, const std::vector<Root>& triggers);
   void log(EventKind kind, const std::string& name, ContactMode before, ContactMode after);
-  void add_row(const EventSample& from, const EventSample& middle, const EventSample& to);
+  void add_row(const EventSample& from, const EventSample& to, const State& end);
   void add_jump_row();
   void certify(const EventSample& s);
 

@@ -18,6 +18,17 @@ long count(const Trajectory& run, EventKind kind) {
   return std::count_if(run.events.begin(), run.events.end(), [&](const Event& e) { return e.kind == kind; });
 }
 
+/// The largest residual of any row's own equations.
+double residual(const Trajectory& run) {
+  double worst = 0;
+  for (std::size_t i = 0; i < run.steps(); ++i) {
+    const Residuals& r = run.figures(i).residuals;
+    for (const double part : {r.newton_euler, r.kinematic, r.joints, r.normal, r.friction})
+      if (!std::isnan(part)) worst = std::max(worst, part);
+  }
+  return worst;
+}
+
 /// A particle of 1 kg that nothing holds, under a force along x written as text.
 Scene pushed(const std::string& force, const std::string& more = "") {
   return read_scene("gravity = [0, 0, 0]\n[[body]]\nname = \"p\"\nkind = \"particle\"\nmass = 1\n" + more +
@@ -159,6 +170,7 @@ TEST_CASE("A box at rest that gets one short push slides as far as its friction 
   const double v = a * width;
   CHECK(std::abs(run.back().q[0] - (0.5 * v * width + v * v / (2 * mu * g))) < 1e-9);
   CHECK(count(run, EventKind::Load) == 2);
+  CHECK(residual(run) < 1e-9);
 }
 
 TEST_CASE("A door at rest by its friction gives way to a shove of its motor", "[event][loads]") {
@@ -175,6 +187,7 @@ TEST_CASE("A door at rest by its friction gives way to a shove of its motor", "[
   const double J = 20.0 / 12 * (0.64 + 0.0016) + 20 * 0.16, w = 59 / J * 0.05;
   CHECK(std::abs(s.model.coordinate(run.back(), s.model.find_joint("hinge")) -
                  (0.5 * w * 0.05 + w * w * J / 2)) < 1e-8);
+  CHECK(residual(run) < 1e-8);
 }
 
 TEST_CASE("A force that jumps where the body is jumps there", "[event][loads]") {
@@ -194,6 +207,7 @@ TEST_CASE("A field that is crossed within one step of the integrator acts", "[ev
   const Trajectory run = run_to(s, 3, {.look = 0.4 * width});
   CAPTURE(width);
   CHECK(std::abs(run.back().nu[0] - std::sqrt(1 - 0.8 * width)) < 1e-9);
+  CHECK(residual(run) < 1e-9);
   CHECK(count(run, EventKind::Load) == 2);
 }
 
