@@ -50,8 +50,7 @@ void judge_balance(Step& s) {
                          s.marks.rounding * (s.y.bodies[at(i)].v.norm() + size / s.h * 1);
     if (error <= limit) continue;
     s.follows[at(s.island[at(i)])] = 0;
-    const bool moved_onto_joints = s.row.of.contains("projection") && s.row.of.at("projection") > 0;
-    if (s.struck[at(s.island[at(i)])] == 0 && !moved_onto_joints)
+    if (s.struck[at(s.island[at(i)])] == 0 && !s.projected())
       s.fault("kinematic", s.scene.bodies[at(i)].name, error, limit);
   }
 

@@ -36,6 +36,17 @@ double polygon_error(const Vector3d& p_t, const Vector3d& u_t, double bound, con
   return left == 0 ? 0 : std::min(left / bound, mobility * left / u_t.norm());
 }
 
+/// How far friction is outside the polygon, whose edges stand across the directions half way between its corners.
+double outside_polygon(const Vector3d& p_t, double bound, const Matrix3d& frame, int edges) {
+  double most = 0;
+  for (int k = 0; k < edges; ++k) {
+    const double angle = std::numbers::pi * (2 * k + 1) / edges;
+    const Vector3d across = std::cos(angle) * frame.col(1) + std::sin(angle) * frame.col(2);
+    most = std::max(most, p_t.dot(across) - bound * std::cos(std::numbers::pi / edges));
+  }
+  return most;
+}
+
 /// Whether the contact's bodies stay in the xy plane.
 bool in_plane(const Step& s, const Touch& c) {
   return s.scene.bodies[at(c.a)].kind == Kind::Planar || s.scene.bodies[at(c.b)].kind == Kind::Planar;
@@ -102,9 +113,12 @@ void judge_normal(Step& s, const NormalLaw& law, const ContactRow* row) {
   s.fault("normal", c.name + " overlaps", -law.slack * length,
           limit + 1e-8 * std::max(0.0, -c.gap) * length / s.h);
   if (!(p > limit)) return;
-  const bool impact = s.follows[at(std::max(s.island[at(c.a)], s.island[at(c.b)]))] == 0;
-  if (!impact) {
-    s.fault("normal", c.name + " acts at a distance", std::min(law.slack * length, p), limit);
+  const auto island = at(std::max(s.island[at(c.a)], s.island[at(c.b)]));
+  const double apart = std::min(law.slack * length, p);
+  const bool impact = s.follows[island] == 0 && s.struck[island] != 0;
+  // moved onto the joints too, velocities do not tell whether there was an impact
+  if (!impact || (s.projected() && apart <= limit)) {
+    s.fault("normal", c.name + " acts at a distance", apart, limit);
     return;
   }
   // Newton's law; where it would add energy Moreau's, then e = 0
@@ -117,9 +131,9 @@ void judge_normal(Step& s, const NormalLaw& law, const ContactRow* row) {
   s.fault("normal", c.name + " rebounds", error, 4 * limit);
 }
 
-const ContactRow* row_of(const Step& s, const std::string& name) {
+const ContactRow* row_of(const Step& s, const std::string& name, int half = 0) {
   for (const ContactRow& r : s.contacts)
-    if (r.contact == name && r.half == 0) return &r;
+    if (r.contact == name && r.half == half) return &r;
   return nullptr;
 }
 
@@ -134,8 +148,14 @@ void judge_lcp(Step& s) {
   }
   for (const Touch& c : s.at_x) {
     const ContactRow* row = row_of(s, c.name);
-    const double slack = c.gap / s.h + c.normal.dot(relative_velocity(s.scene, by_u, c));
+    double slack = c.gap / s.h + c.normal.dot(relative_velocity(s.scene, by_u, c));
     const Vector3d u = relative_velocity(s.scene, by_y, c);
+    if (s.projected()) {  // then q+ is not where the velocities led
+      const double by_end = c.gap / s.h + c.normal.dot(u), p = row == nullptr ? 0 : row->p_n;
+      const double w = s.mobility(c, s.x).trace() / 3;
+      const auto error = [&](double x) { return std::abs(std::min(x, w * p)); };
+      if (error(by_end) < error(slack)) slack = by_end;
+    }
     judge_normal(s, {c, c, slack, c.normal.dot(u)}, row);
     if (row == nullptr) continue;
     judge_row(s, *row, c, 0);
@@ -144,7 +164,11 @@ void judge_lcp(Step& s) {
     if (!(p.n > 0) || c.stop || !(c.mu > 0)) continue;
     const double w = s.mobility(c, s.x).trace() / 3;
     const Vector3d u_t = u - c.normal.dot(u) * c.normal;
-    const double error = polygon_error(p.t, u_t, c.mu * p.n, polygon_axes(s, c), in_plane(s, c) ? 2 : 8, w);
+    const Matrix3d axes = polygon_axes(s, c);
+    const int edges = in_plane(s, c) ? 2 : 8;
+    const double error = polygon_error(p.t, u_t, c.mu * p.n, axes, edges, w);
+    s.fault("cone", c.name + " polygon", w * outside_polygon(p.t, c.mu * p.n, axes, edges),
+            s.allowed(s.speed_of(c), w * row->p.norm()));
     s.fault("friction", c.name, error, 4 * s.allowed(s.speed_of(c), w * row->p.norm() + u_t.norm()));
   }
 }
@@ -166,7 +190,25 @@ void judge_ncp(Step& s) {
   }
 }
 
-/// The sum of both halves: within the cone as far as its normal does not turn; sliding the same way throughout, against that.
+/// Friction of both halves of a contact whose normal stays: the first against the slip at the middle; the second against that too, or
+/// against the slip at the end where it would have turned that round, stuck or arrived.
+void judge_halves_friction(Step& s, const Touch& c, const Vector3d& u_half, const Vector3d& u_end) {
+  const double w = s.mobility(c, s.y).trace() / 3;
+  const auto along = [&](const Vector3d& u) { return Vector3d(u - c.normal.dot(u) * c.normal); };
+  const Vector3d u_t = along(u_half), v_t = along(u_end);
+  for (const int half : {1, 2}) {
+    const ContactRow* row = row_of(s, c.name, half);
+    if (row == nullptr || row->p.isZero(0)) continue;
+    const Parts p = parts(row->p, c.normal);
+    const double bound = c.mu * std::max(p.n, 0.0);
+    double error = circle_error(p.t, half == 1 ? u_t : v_t, bound, w);
+    if (half == 2 && u_t.norm() > 0) error = std::min(error, w * (p.t + bound * u_t.normalized()).norm());
+    s.fault("friction", c.name + " half " + std::to_string(half), error,
+            4 * s.allowed(s.speed_of(c), w * row->p.norm() + u_t.norm()) + s.place_rounding());
+  }
+}
+
+/// Each half within its own cone, the sum as far as its normal does not turn; friction where that stays.
 void judge_ncp2(Step& s) {
   State half = s.x, half_y = s.y;
   for (std::size_t i = 0; i < s.x.bodies.size(); ++i) {
@@ -185,6 +227,9 @@ void judge_ncp2(Step& s) {
     const double turned = (c.normal - before.normal).norm();
     judge_row(s, *row, c, turned);
     judge_gap_row(s, *row);
+    for (const int k : {1, 2})
+      if (const ContactRow* part = row_of(s, c.name, k); part != nullptr && !part->p.isZero(0))
+        judge_row(s, *part, k == 1 ? before : c, 0);
     const Parts p = parts(row->p, c.normal);
     const double w = s.mobility(c, s.y).trace() / 3;
     const double limit = s.allowed(s.speed_of(c), w * row->p.norm());
@@ -194,15 +239,8 @@ void judge_ncp2(Step& s) {
     s.fault("normal", c.name + " approaches", -(c.normal.dot(u) + c.e * std::max(came, 0.0)),
             limit + 8 * s.marks.rounding * u.norm());
     if (!(c.mu > 0) || turned > 1e-12) continue;
-    const bool arrived = before.gap > 1e-7 * s.h * s.speed_of(c) ||
-                         s.struck[at(std::max(s.island[at(c.a)], s.island[at(c.b)]))] != 0;
-    const Vector3d u_half =
-        0.5 * (relative_velocity(s.scene, half, before) + relative_velocity(s.scene, half_y, c));
-    const Vector3d u_t = u_half - c.normal.dot(u_half) * c.normal, v_t = u - c.normal.dot(u) * c.normal;
-    if (arrived || u_t.norm() < 1e-6 * s.speed_of(c) || v_t.dot(u_t) < 1e-6 * u_t.squaredNorm()) continue;
-    s.fault(
-        "friction", c.name, w * (p.t + c.mu * p.n * u_t.normalized()).norm(),
-        4 * limit + 16 * s.marks.rounding * c.mu * p.n * w * s.speed_of(c) / u_t.norm() + s.place_rounding());
+    judge_halves_friction(
+        s, c, 0.5 * (relative_velocity(s.scene, half, before) + relative_velocity(s.scene, half_y, c)), u);
   }
 }
 

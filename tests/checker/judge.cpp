@@ -84,7 +84,7 @@ void judge_joints(Step& s) {
       const double before =
           std::abs(s.joints_x[j].rows[static_cast<std::size_t>(&row - s.joints_y[j].rows.data())].psi);
       s.fault("joints", joint.name, std::abs(row.psi) * lever / s.h,
-              s.allowed(speed, 0) + s.place_rounding() + 1e-8 * before * lever / s.h +
+              2 * s.allowed(speed, 0) + s.place_rounding() + 1e-8 * before * lever / s.h +
                   s.marks.rounding * lever / s.h);
     }
     const auto& names = coordinate_names(joint.kind);

@@ -70,6 +70,8 @@ class Step {
   double allowed(double speed, double added_up) const;  // both [m/s]
   /// How a speed that is a difference of places over h rounds [m/s].
   double place_rounding() const { return place_rounding_; }
+  /// Whether places were moved onto the joints after the step (lcp).
+  bool projected() const { return row.of.contains("projection") && row.of.at("projection") > 0; }
   void fault(const std::string& part, const std::string& of, double value, double allowed);
   std::vector<Fault> faults;
 

@@ -1,6 +1,9 @@
 // Random scenes under the methods, every step judged by a checker that shares nothing with the library but the files.
 //   random_scenes --seed A --count N [--shard i/n] [--methods lcp,ncp,...] [--program PERP] [--failures DIR] [--each FILE] [--units]
+//   random_scenes --scene FILE      random_scenes --merge FILE...
 #include <unistd.h>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -37,6 +40,34 @@ int run_units(const checker::TallyOptions& options) {
   return differ > 0 ? 1 : 0;
 }
 
+/// A scene that --failures wrote, or any whose first line names method, step and end as that does: what is wrong with it now.
+int judge_file(const std::string& path, const checker::TallyOptions& options) {
+  std::ifstream file(path);
+  std::string line, method = "event";
+  std::getline(file, line);
+  checker::RandomScene random{checker::read_scene(path), 0, 1};
+  double until = 0;
+  std::istringstream words(line);
+  for (std::string word; words >> word;) {
+    if (word == "--method") words >> method;
+    if (word == "--step") words >> random.h;
+    if (word == "--until") words >> until;
+  }
+  if (!(until > 0)) {
+    std::fprintf(stderr, "%s: its first line needs '--method M --step H --until T'\n", path.c_str());
+    return 2;
+  }
+  if (!(random.h > 0)) random.h = until;
+  random.steps = std::max(1, static_cast<int>(std::lround(until / random.h)));
+  const checker::Trial trial = checker::try_scene(random, method, options.trial);
+  for (const checker::Fault& f : trial.judgement.faults)
+    std::printf("step %zu: %s %s: %.3g, allowed %.3g\n", f.step + 1, f.part.c_str(), f.of.c_str(), f.value,
+                f.allowed);
+  std::printf("%s by %s: %zu steps, %zu wrong%s%s\n", path.c_str(), method.c_str(), trial.judgement.steps,
+              trial.wrong(), trial.reason.empty() ? "" : "; ", trial.reason.c_str());
+  return trial.wrong() > 0 ? 1 : 0;
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
@@ -54,6 +85,13 @@ int main(int count, char** arguments) {
     if (key == "--units") {
       units = true;
       continue;
+    }
+    if (key == "--merge") {  // all that follows: records of shards
+      checker::Tally all;
+      for (++i; i < count; ++i)
+        for (const checker::Record& record : checker::read_records(arguments[i])) checker::add(record, all);
+      std::fputs(checker::table_of(all).c_str(), stdout);
+      return 0;
     }
     if (key == "--no-energy") {
       options.trial.energy = false;
@@ -83,6 +121,8 @@ int main(int count, char** arguments) {
       options.shrink_most = std::strtoull(value.c_str(), nullptr, 10);
     } else if (key == "--table") {
       table = value;
+    } else if (key == "--scene") {
+      return judge_file(value, options);
     } else if (key == "--keep") {
       keeps = true;
       options.trial.folder = value;
@@ -91,7 +131,7 @@ int main(int count, char** arguments) {
     } else {
       std::fprintf(stderr,
                    "%s is no option; --seed --count --shard --methods --program --failures --most --each "
-                   "--table --folder --aloud --no-energy are\n",
+                   "--table --keep --aloud --no-energy are\n",
                    key.c_str());
       return 2;
     }

@@ -143,8 +143,7 @@ void Step::find_speeds() {
   }
 }
 
-/// Contacts that carry something and came in faster than the loads of two steps make them; and what may have been struck: lcp asks
-/// all contacts again where one is.
+/// Contacts that carry something and came in faster than the loads of two steps make them; and what may have been struck.
 void Step::find_strikes() {
   constexpr double near = 1e-7;  // of speeds: what is at rest may seem to come in
   for (const ContactRow& c : contacts) {
@@ -167,9 +166,6 @@ void Step::find_strikes() {
         by_loads += 2 * h * linear_speed(body, load_x[at(body)].force);
     has_impact = has_impact || un < -by_loads - 1e-7 * (t->turns ? std::abs(un) : speed_of(*t));
   }
-  bool any = false;
-  for (const char s : struck) any = any || s != 0;
-  if (any && method == "lcp") struck.assign(struck.size(), 1);
 }
 
 double Step::speed_of(int body) const { return island[at(body)] < 0 ? 0 : speed[at(island[at(body)])]; }

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 namespace checker {
 
@@ -70,35 +71,89 @@ void keep(const RandomScene& random, const std::string& method, const Fault& fau
 
 }  // namespace
 
+void add(const Record& record, Tally& tally) {
+  MethodTally& m = tally[record.method];
+  ++m.scenes;
+  if (record.ending == Ending::Unjudged) ++m.unjudged;
+  if (record.ending == Ending::Mistake) ++m.mistakes;
+  if (record.ending == Ending::Refused) ++m.refused;
+  if (record.ending != Ending::Done) ++m.reasons[record.reason];
+  m.undecided += record.undecided;
+  m.steps += record.steps;
+  m.wrong += record.wrong;
+  m.right += record.steps - record.wrong;
+  m.wrong_runs += record.wrong > 0 ? 1 : 0;
+  m.loaded += record.loaded;
+  m.sliding += record.sliding;
+  m.impacts += record.impacts;
+  for (const std::string& part : record.parts) ++m.parts[part];
+}
+
+const char* const record_header =
+    "seed,method,steps,wrong,loaded,sliding,impacts,undecided,ending,parts,reason";
+
+void write(const Record& r, std::FILE* file) {
+  std::string parts;
+  for (const std::string& part : r.parts) parts += (parts.empty() ? "" : " ") + part;
+  std::string reason = r.reason;
+  std::replace_if(
+      reason.begin(), reason.end(), [](char c) { return c == ',' || c == '"'; }, ' ');
+  std::fprintf(file, "%llu,%s,%zu,%zu,%zu,%zu,%zu,%zu,%d,%s,%s\n", static_cast<unsigned long long>(r.seed),
+               r.method.c_str(), r.steps, r.wrong, r.loaded, r.sliding, r.impacts, r.undecided,
+               static_cast<int>(r.ending), parts.c_str(), reason.c_str());
+}
+
+std::vector<Record> read_records(const std::string& path) {
+  const Csv csv(path);
+  std::vector<Record> all;
+  for (std::size_t i = 0; i < csv.rows(); ++i) {
+    const auto count = [&](const char* column) { return static_cast<std::size_t>(csv.number(i, column)); };
+    Record r{count("seed"),
+             csv.text(i, "method"),
+             csv.text(i, "reason"),
+             static_cast<Ending>(count("ending")),
+             count("steps"),
+             count("wrong"),
+             count("loaded"),
+             count("sliding"),
+             count("impacts"),
+             count("undecided"),
+             {}};
+    std::istringstream parts(csv.text(i, "parts"));
+    for (std::string part; parts >> part;) r.parts.push_back(part);
+    all.push_back(std::move(r));
+  }
+  return all;
+}
+
 Tally run_scenes(const TallyOptions& options) {
   Tally tally;
   std::map<std::string, std::size_t> kept;
+  if (options.each != nullptr) std::fprintf(options.each, "%s\n", record_header);
   for (std::uint64_t seed = options.seed; seed < options.seed + options.count; ++seed) {
     if (seed % options.shards != options.shard) continue;
     const RandomScene random = random_scene(seed);
     for (const std::string& method : options.methods) {
-      MethodTally& m = tally[method];
       const Trial trial = try_scene(random, method, options.trial);
       const Judgement& j = trial.judgement;
-      ++m.scenes;
-      if (trial.ending == Ending::Unjudged) ++m.unjudged;
-      if (trial.ending == Ending::Mistake) ++m.mistakes;
-      if (trial.ending == Ending::Refused) ++m.refused;
-      if (trial.ending != Ending::Done) ++m.reasons[kind_of(trial.reason)];
       if (trial.ending == Ending::Mistake || trial.ending == Ending::Unjudged)
         std::printf("seed %llu, %s: %s\n", static_cast<unsigned long long>(seed), method.c_str(),
                     trial.reason.c_str());
-      m.undecided += trial.undecided;
-      m.steps += j.steps;
-      m.right += trial.right();
-      m.wrong += trial.wrong();
-      m.loaded += j.loaded;
-      m.sliding += j.sliding;
-      m.impacts += j.impacts;
+      Record record{seed,
+                    method,
+                    kind_of(trial.reason),
+                    trial.ending,
+                    j.steps,
+                    trial.wrong(),
+                    j.loaded,
+                    j.sliding,
+                    j.impacts,
+                    trial.undecided,
+                    {}};
       std::map<std::string, const Fault*> parts;
       for (const Fault& f : j.faults) parts.emplace(f.part, &f);
       for (const auto& [part, fault] : parts) {
-        ++m.parts[part];
+        record.parts.push_back(part);
         if (options.aloud)
           std::printf("seed %llu, %s, step %zu: %s %s: %.3g, allowed %.3g\n",
                       static_cast<unsigned long long>(seed), method.c_str(), fault->step + 1, part.c_str(),
@@ -106,9 +161,10 @@ Tally run_scenes(const TallyOptions& options) {
         if (!options.failures.empty() && kept[method + part]++ < options.shrink_most)
           keep(random, method, *fault, seed, options);
       }
-      if (options.each != nullptr)
-        std::fprintf(options.each, "%llu,%s,%zu,%zu,%zu,%d\n", static_cast<unsigned long long>(seed),
-                     method.c_str(), j.steps, trial.right(), trial.wrong(), static_cast<int>(trial.ending));
+      add(record, tally);
+      if (options.each == nullptr) continue;
+      write(record, options.each);
+      std::fflush(options.each);
     }
   }
   return tally;
@@ -116,8 +172,9 @@ Tally run_scenes(const TallyOptions& options) {
 
 std::string table_of(const Tally& tally) {
   std::string out =
-      "| method | scenes | steps advanced | right | wrong | runs refused | loaded | sliding | impact |\n"
-      "|---|---|---|---|---|---|---|---|---|\n";
+      "| method | scenes | steps advanced | right | wrong | runs with a wrong step | runs refused | loaded | "
+      "sliding | impact |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n";
   const auto share = [](std::size_t part, std::size_t whole) {
     char text[16];
     std::snprintf(text, sizeof text, "%.0f %%",
@@ -126,9 +183,9 @@ std::string table_of(const Tally& tally) {
   };
   for (const auto& [method, m] : tally)
     out += "| " + method + " | " + std::to_string(m.scenes) + " | " + std::to_string(m.steps) + " | " +
-           std::to_string(m.right) + " | " + std::to_string(m.wrong) + " | " + std::to_string(m.refused) +
-           " | " + share(m.loaded, m.steps) + " | " + share(m.sliding, m.steps) + " | " +
-           share(m.impacts, m.steps) + " |\n";
+           std::to_string(m.right) + " | " + std::to_string(m.wrong) + " | " + std::to_string(m.wrong_runs) +
+           " | " + std::to_string(m.refused) + " | " + share(m.loaded, m.steps) + " | " +
+           share(m.sliding, m.steps) + " | " + share(m.impacts, m.steps) + " |\n";
   for (const auto& [method, m] : tally) {
     if (!m.parts.empty()) out += "\n" + method + ", runs wrong in:";
     for (const auto& [part, n] : m.parts) out += " " + part + " " + std::to_string(n) + ";";
