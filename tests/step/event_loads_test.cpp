@@ -155,6 +155,37 @@ TEST_CASE("A plate that rises for a moment knocks a ball away", "[event][loads]"
   CHECK(std::abs(run.back().nu[2] - 2 * rise) < 1e-8 * rise);
 }
 
+TEST_CASE("What a table moves for a moment pulls its spring, however short that is", "[event][loads]") {
+  if (!has_sundials()) return;
+  const double width = GENERATE(1e-3, 1e-2, 0.1, 1.0), t_end = 30, omega = 2;
+  const std::string from = std::to_string(17.3), top = std::to_string(17.3 + width),
+                    to = std::to_string(17.3 + 2 * width);
+  const Scene s = read_scene(
+      "gravity = [0, 0, 0]\n[[body]]\nname = \"hand\"\nkind = \"prescribed\"\nmotion = { kind = \"table\", "
+      "t = [0, 17, " +
+          from + ", " + top + ", " + to +
+          ", 29, 30], "
+          "position = [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0.3, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]] }\n"
+          "[[body]]\nname = \"p\"\nkind = \"particle\"\nmass = 1\n"
+          "[[spring]]\na = \"hand\"\nb = \"p\"\nstiffness = 4\n",
+      "hand.toml");
+  // x(T) is the integral of omega sin(omega (T - t)) p(t), by Simpson's rule on the pieces of the table
+  double x = 0;
+  const double knots[] = {0, 17, std::stod(from), std::stod(top), std::stod(to), 29, 30};
+  for (std::size_t k = 0; k + 1 < std::size(knots); ++k) {
+    const int n = 20000;
+    const double h = (knots[k + 1] - knots[k]) / n;
+    for (int i = 0; i <= n; ++i) {
+      const double t = knots[k] + i * h, weight = i == 0 || i == n ? 1 : i % 2 == 1 ? 4 : 2;
+      x += weight * h / 3 * omega * std::sin(omega * (t_end - t)) * s.model.bodies()[1].motion.pose(t).p.x();
+    }
+  }
+  const Trajectory run = run_to(s, t_end);
+  CAPTURE(width, x);
+  CHECK(std::abs(x) > 1e-5);
+  CHECK(std::abs(run.back().q[0] - x) < 1e-9);
+}
+
 TEST_CASE("A box at rest that gets one short push slides as far as its friction lets it", "[event][loads]") {
   if (!has_sundials()) return;
   const double width = 0.01, mu = 0.3, g = 9.81, a = 100 - mu * g;

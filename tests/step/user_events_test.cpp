@@ -136,7 +136,7 @@ TEST_CASE("Two zeros within one step of the integrator are two events", "[events
   Model model;
   const BodyId ball = model.add_particle(1);
   State x = model.rest();
-  const double g = 9.81, v = g, below = 1e-3;  // at the top at t = 1
+  const double g = 9.81, below = 1e-5, rise = GENERATE(0.7, 1.0, 1.3, 1.7, 2.9), v = g * rise;
   model.set_velocity(x, ball, {0, 0, v});
   const double top = v * v / (2 * g), half = std::sqrt(2 * below / g);
   const auto height = [=](const Model& m, const State& s) { return m.position(s, ball).z() - top + below; };
@@ -144,8 +144,19 @@ TEST_CASE("Two zeros within one step of the integrator are two events", "[events
   const Trajectory run =
       simulate(model, stepper, x, {.t_end = 5, .events = {{.name = "top", .when = height}}});
   REQUIRE(run.events.size() == 2);
-  CHECK(std::abs(run.events[0].t - (1 - half)) < 1e-10);
-  CHECK(std::abs(run.events[1].t - (1 + half)) < 1e-10);
+  CHECK(std::abs(run.events[0].t - (rise - half)) < 1e-10);
+  CHECK(std::abs(run.events[1].t - (rise + half)) < 1e-10);
+}
+
+TEST_CASE("`event` finds what is just past the zero, not just before", "[events]") {
+  if (!has_sundials()) return;
+  const Oscillator o;
+  for (double place = 0.05; place < 1; place += 0.05) {
+    const Trajectory run = run_by("event", o.model, o.start, 10, not_set, {o.at(place, -1, stop_run)});
+    CAPTURE(place);
+    CHECK(run.back().q[0] <= place);
+    CHECK(run.back().q[0] > place - 1e-12);
+  }
 }
 
 TEST_CASE("What starts from its zero has not passed it, and what rests there never does", "[events]") {
