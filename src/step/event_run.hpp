@@ -106,6 +106,7 @@ class EventRun {
   void pass_switches(const std::vector<Root>& triggers);
   void act_at(std::size_t index);
   double joint_rate() const;
+  double step_across(double t_stop) const;
   bool carry_across(double t_stop, const std::string& why);
   bool too_many_events();
   void take_modes(const Modes& closed, const Instant& instant, const AccelerationAnswer& answer,

@@ -197,12 +197,22 @@ bool EventRun::inelastic(int point, double approach) {
   return rise < vague_gap() || b.chain >= very_many;
 }
 
+/// A ten-thousandth of the time in which things happen, by the model's scales; of the run, where all is at rest in the origin and says
+/// nothing of such a time. It leads to the next jump of a load at most.
+double EventRun::step_across(double t_stop) const {
+  constexpr double share = 1e-4;
+  const double t = now_.x.t, length = t_end_ - t_begin_, jump = just_before_jump();
+  const double time = scales_.speed > 0 ? scales_.length / scales_.speed : length;
+  const double h = std::min({share * time, t_stop - t, t_end_ - t});
+  return jump > t ? std::min(h, jump - t) : h;
+}
+
 /// Where modes change for ever, or the equations of the modes have no solution: a step of the time-stepping method, which always has one.
 bool EventRun::carry_across(double t_stop, const std::string& why) {
   constexpr int most = 200;
   if (++carried_ > most) return fail(StepStatus::NotSolved, why);
   const Modes before = modes_;
-  const double h = std::min(1e-4 * scales_.length / scales_.speed, t_stop - now_.x.t);
+  const double h = step_across(t_stop);
   report = {};
   if (!inelastic_step(model_, now_.x, h, report))
     return fail(StepStatus::NotSolved, why + "; nor could a step across it be made");

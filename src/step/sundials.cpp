@@ -332,7 +332,9 @@ class IdaIntegrator final : public Base {
     const Eigen::Index n = y.size(), nq = d_.model().nq(), nv = d_.model().nv();
     Vector moved = y, changed(n);
     for (Eigen::Index j = 0; j < n; ++j) {
-      const double size = j < nq ? scales_.length : j < nq + nv ? scales_.speed : 1;
+      const double scale = j < nq ? scales_.length : j < nq + nv ? scales_.speed : 1;
+      const double size =
+          scale > 0 ? scale : atol_ / rtol_;  // all of it at rest in the origin: as the user measures
       const double delta = share * std::max(std::abs(y[j]), size);
       moved[j] = y[j] + delta;
       if (!fill(t, Eigen::Map<Vector>(moved.data(), n), y_dot, Eigen::Map<Vector>(changed.data(), n)))
