@@ -20,7 +20,11 @@ struct Oscillator {
   Oscillator() {
     model.set_gravity(Vector3::Zero());
     body = model.add_particle(1);
-    model.add_spring({.a = ground, .b = body, .point_a = {}, .point_b = {}, .stiffness = 1});
+    Spring spring;
+    spring.a = ground;
+    spring.b = body;
+    spring.stiffness = 1;
+    model.add_spring(spring);
     start = model.rest();
     model.set_position(start, body, {1, 0, 0});
   }
