@@ -110,16 +110,22 @@ bool meet_joints(const Model& model, State& x, StepReport& report) {
   return true;
 }
 
-EventWatch::EventWatch(const Model& model, const std::vector<UserEvent>& events, const State& start)
+EventWatch::EventWatch(const Model& model, const std::vector<UserEvent>& events, const State& start,
+                       double before)
     : model_(model), events_(events), sides_(events.size()) {
   check_events(events);
   if (events.empty()) return;
   const Scales scales = scales_at(model, start);
+  State past = start;
+  past.t -= before;
+  move(model, start.nu, -before, past.q);
   constexpr double tolerance = 1e-9;  // what steps leave of resting gaps and joints, of the scale
   for (std::size_t i = 0; i < events.size(); ++i) {
-    sides_[i].small = sides_[i].noise = tolerance * variation(events[i], model, start, scales);
-    const double value = events[i].when(model, start);
-    if (std::abs(value) > sides_[i].small) sides_[i].sign = value > 0 ? 1 : -1;
+    Side& side = sides_[i];
+    side.small = side.noise = tolerance * variation(events[i], model, start, scales);
+    double value = events[i].when(model, start);
+    if (std::abs(value) <= side.small && before > 0) value = events[i].when(model, past);
+    if (std::abs(value) > side.small) side.sign = value > 0 ? 1 : -1;
   }
 }
 

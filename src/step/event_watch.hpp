@@ -36,7 +36,8 @@ EventDone act(const UserEvent& event, const Model& model, State& x, StepReport& 
 /// A run's events between states that are a step of fixed size apart, by looking at the cubics between them.
 class EventWatch {
  public:
-  EventWatch(const Model& model, const std::vector<UserEvent>& events, const State& start);
+  /// `before`: of a run that is taken up again, a time back from `start` [s], to see from where a g comes that is at its zero now.
+  EventWatch(const Model& model, const std::vector<UserEvent>& events, const State& start, double before = 0);
 
   struct Found {
     double t = 0;

@@ -120,7 +120,7 @@ bool FixedSteps::fail(StepStatus status, const std::string& why) {
 void FixedSteps::take(State& x) {
   const auto n = static_cast<std::size_t>(plan_.steps);
   first_overlap_ = std::isnan(options_.first_overlap) ? overlap(model_, x) : options_.first_overlap;
-  EventWatch watch(model_, options_.events, x);
+  EventWatch watch(model_, options_.events, x, options_.taken > 0 ? plan_.h / 8 : 0);
   const std::size_t last = options_.most > 0 ? std::min(n, options_.taken + options_.most) : n;
   for (std::size_t k = options_.taken + 1; k <= last; ++k) {
     const double t =

@@ -4,8 +4,10 @@
 #include <numbers>
 
 #include "perp/io/scene_file.hpp"
+#include "perp/model/gaps.hpp"
 #include "perp/step/event_driven.hpp"
 #include "perp/step/methods.hpp"
+#include "perp/step/ncp2_stepper.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/study/scene.hpp"
 
@@ -205,6 +207,44 @@ TEST_CASE("A velocity that an event sets against a joint is taken away by the jo
   CHECK(std::abs(p.y()) < 1e-9);
   // the sphere's own inertia is 4e-7 of that about the pivot
   CHECK(std::abs(0.5 * v.squaredNorm() - (0.5 * kick * kick - g * (p.z() + length))) < 1e-5);
+}
+
+TEST_CASE("A velocity that an event sets against a contact is answered by the contact", "[events]") {
+  const std::string method = GENERATE("event", "ncp2", "ncp", "lcp");
+  if (method == "event" && !has_sundials()) return;
+  Model model;
+  const BodyId ball = model.add_body(Inertia::solid_sphere(1, 0.1), {.pose = {{0, 0, 0.1}}});
+  model.add_contact(ground, ball, sphere_on_plane(0.1), {.e = 0.5});
+  const auto clock = [](const Model&, const State& s) { return s.t - 0.5; };
+  const auto thrown = [=](const Model& m, State& s) {
+    m.set_velocity(s, ball, {0, 0, -3});
+    return AfterEvent::GoOn;
+  };
+  const Trajectory run =
+      run_by(method, model, model.rest(), 0.6, 1e-4, {{.name = "throw", .when = clock, .then = thrown}});
+  const double t = 0.1;  // since it was thrown, on its way up
+  CAPTURE(method);
+  CHECK(std::abs(model.position(run.back(), ball).z() - (0.1 + 1.5 * t - 0.5 * 9.81 * t * t)) <
+        (method == "event" ? 1e-9 : 1e-3));
+}
+
+TEST_CASE("A run in pieces passes an event where two pieces meet once", "[events]") {
+  const Oscillator o;
+  const auto clock = [](const Model&, const State& s) { return s.t - 12.8; };
+  Ncp2Stepper stepper;
+  SimulateOptions options{.t_end = 30, .h = 0.05, .events = {{.name = "noon", .when = clock}}};
+  options.t_start = 0;
+  options.most = 64;
+  std::vector<Event> found;
+  State x = o.start;
+  while (x.t < 30) {
+    const Trajectory piece = simulate(o.model, stepper, x, options);
+    found.insert(found.end(), piece.events.begin(), piece.events.end());
+    options.taken += piece.steps();
+    x = piece.back();
+  }
+  REQUIRE(found.size() == 1);
+  CHECK(std::abs(found[0].t - 12.8) < 1e-12);
 }
 
 TEST_CASE("A row says what an event did to the energy, and the sum of all rows is the run's", "[events]") {
