@@ -171,6 +171,7 @@ void push(Run& r, const std::string& method, const Vector3d& impulse) {
     const double share = c.half == 0 ? 1 : 0.5;
     c.p += share * impulse;
     c.p_n += share * impulse.z();
+    c.gap += moved * h * v.z();
   }
 }
 
