@@ -23,6 +23,9 @@ std::string folder() {
 TrialOptions options() {
   TrialOptions options;
   options.folder = folder();
+#ifdef __SANITIZE_ADDRESS__
+  options.patience = 20;
+#endif
   return options;
 }
 
