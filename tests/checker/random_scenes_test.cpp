@@ -90,7 +90,7 @@ name = "hinge"
 kind = "revolute"
 a = "ground"
 b = "link"
-point = [4, 0, 1]
+point = [4, 0.3, 1]
 axis = [0, 1, 0]
 
 [[contact]]
