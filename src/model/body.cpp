@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "model/time_slope.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/model/timing.hpp"
 
@@ -20,9 +21,14 @@ std::vector<double> numbers(std::initializer_list<double> first, const Pose& pos
 
 Twist PrescribedMotion::acceleration_at(double t) const {
   if (acceleration) return acceleration(t);
-  constexpr double s = 1e-4;  // [s]
-  const Twist a = twist(t - 2 * s), b = twist(t - s), c = twist(t + s), d = twist(t + 2 * s);
-  return {(8 * (c.v - b.v) - (d.v - a.v)) / (12 * s), (8 * (c.w - b.w) - (d.w - a.w)) / (12 * s)};
+  const auto values = [this](double s) {
+    const Twist V = twist(s);
+    Eigen::Matrix<double, 6, 1> all;
+    all << V.v, V.w;
+    return all;
+  };
+  const Eigen::Matrix<double, 6, 1> a = time_slope<6>(values, t);
+  return {a.head<3>(), a.tail<3>()};
 }
 
 using TimedTwist = Timed<Twist(double)>;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/time_slope.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/model/gap.hpp"
 
@@ -133,8 +134,7 @@ TurnValue value(const JointTurn& turn, const Quaternion& of_axis, const Quaterni
 
 double JointMotion::acceleration_at(double t) const {
   if (acceleration) return acceleration(t);
-  const double h = 1e-3;  // [s]: truncation h^4 and rounding eps/h of smooth motions both below 1e-12
-  return (8 * (rate(t + h) - rate(t - h)) - (rate(t + 2 * h) - rate(t - 2 * h))) / (12 * h);
+  return time_slope<1>([this](double s) { return Eigen::Matrix<double, 1, 1>(rate(s)); }, t)[0];
 }
 
 JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X_WB, bool planar) {

@@ -136,6 +136,30 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("Smooth motions of a moment pull their springs, of bodies and of joints", "[event][loads]") {
+  if (!has_sundials()) return;
+  const double width = GENERATE(1e-3, 1e-2, 0.05, 0.3), omega = 2, t_end = 30, strong = 0.5;
+  const std::string path = "0.5*exp(-((t - 17.3)/" + std::to_string(width) + ")^2)";
+  const std::string hand =
+      GENERATE(0, 1) == 0 ? "kind = \"prescribed\"\nmotion = { kind = \"function\", position = [\"" + path +
+                                "\", 0, 0], rotation = [0, 0, 0] }\n"
+                          : "kind = \"spatial\"\nmass = 3\ninertia = { moments = [1, 1, 1] }\n"
+                            "[[joint]]\nname = \"rail\"\nkind = \"prismatic\"\na = \"ground\"\nb = \"hand\"\n"
+                            "point = [0, 0, 0]\naxis = [1, 0, 0]\n"
+                            "[[motor]]\njoint = \"rail\"\nmotion = \"" +
+                                path + "\"\n";
+  const Scene s = read_scene("gravity = [0, 0, 0]\n[[body]]\nname = \"hand\"\n" + hand +
+                                 "[[body]]\nname = \"p\"\nkind = \"particle\"\nmass = 1\n"
+                                 "[[spring]]\na = \"hand\"\nb = \"p\"\nstiffness = 4\n",
+                             "hand.toml");
+  const Trajectory run = run_to(s, t_end, {.look = width < 1e-2 ? width : not_set});
+  // the integral of omega sin(omega (T - t)) p(t): a Gaussian's transform
+  const double x = omega * strong * width * std::sqrt(std::numbers::pi) *
+                   std::exp(-0.25 * omega * omega * width * width) * std::sin(omega * (t_end - 17.3));
+  CAPTURE(width, hand, x);
+  CHECK(std::abs(s.model.position(run.back(), s.model.find_body("p")).x() - x) < 2e-9);
+}
+
 TEST_CASE("Every integrator sees a push on what rests in the origin", "[event][loads]") {
   if (!has_sundials()) return;
   using enum Integrator;

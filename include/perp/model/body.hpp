@@ -39,7 +39,7 @@ struct PrescribedMotion {
   std::function<Twist(double t)> acceleration;  ///< of `twist`; empty: by differences of it [m/s^2, rad/s^2]
   Recipe recipe = {};                           ///< of those made here
 
-  /// `acceleration`, or a fourth-order central difference of twist.
+  /// `acceleration`, or by differences of twist that are extrapolated.
   Twist acceleration_at(double t) const;
 
   /// amplitude sin(rate t + phase) [m; rad/s; rad] about `pose`.

@@ -116,7 +116,7 @@ struct JointMotion {
   std::function<double(double t)> acceleration;  ///< and the next; empty: by differences of rate
   Recipe recipe = {};
 
-  /// `acceleration`, or a fourth-order central difference of rate.
+  /// `acceleration`, or by differences of rate that are extrapolated.
   double acceleration_at(double t) const;
 };
 
