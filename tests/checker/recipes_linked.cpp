@@ -116,13 +116,17 @@ void link(Maker& m, int first, int count, bool to_ground) {
   for (int i = 1; i < count; ++i) made.push_back(add(first + i - 1, first + i));
   if (r.chance(0.3) && count > 1)
     made.push_back(add(r.chance(0.5) || first + count - 1 == first + 1 ? 0 : first, first + count - 1));
-  for (const int j : made)
-    if (Joint& gear = m.scene.joints[static_cast<std::size_t>(j)];
-        gear.kind == "gear" && axle_moves(m, gear)) {
+  for (bool again = true; again;) {  // a gear that becomes an axle may be another's
+    again = false;
+    for (const int j : made) {
+      Joint& gear = m.scene.joints[static_cast<std::size_t>(j)];
+      if (gear.kind != "gear" || !axle_moves(m, gear)) continue;
       const std::string name = gear.name;
       gear = make_joint(m, "revolute", gear.a, gear.b);
       gear.name = name;
+      again = true;
     }
+  }
   for (const int j : made)
     if (r.chance(0.5)) equip(m, j);
 }
