@@ -218,6 +218,14 @@ TEST_CASE("a quaternion far from unit length is refused where it stands", "[refu
   }
 }
 
+TEST_CASE("a run of one step may be written with fewer digits than the step", "[refusals]") {
+  const Scratch scratch("one-step");
+  CHECK(run_perp(scratch,
+                 "run seed-sphere --method lcp --step 0.0123456 --until 0.0123 --out " + (scratch / "o"))
+            .status == 0);
+  CHECK(columns(scratch / "o/trajectory.csv")["t"].back() == "0.0123");
+}
+
 TEST_CASE("a quiet run prints nothing, a verbose one a line a step", "[refusals]") {
   const Scratch scratch("verbose");
   const std::string run = "run seed-sphere --method lcp --step 0.1 --out " + (scratch / "o");
