@@ -106,11 +106,21 @@ struct SurfaceSlope {
   Vector3 value, by_t;
   Matrix3 by_point;
 };
-SurfaceSlope surface_slope(const PrescribedMotion& motion, double t, const Vector3& point) {
-  constexpr double step = 1e-5;  // [s], [m]
-  SurfaceSlope slope{motion.surface(t, point),
-                     (motion.surface(t + step, point) - motion.surface(t - step, point)) / (2 * step),
-                     {}};
+
+/// Over 1e-5 of the distance from the bodies' origins, and of the time in which something runs or falls that far: truncation and rounding
+/// are both 1e-10 of a field that bends over them.
+SurfaceSlope surface_slope(const Model& model, const Instant& s, const ContactInstant& c,
+                           const PrescribedMotion& motion, double t) {
+  constexpr double part = 1e-5;
+  const Vector3& point = c.position;
+  SurfaceSlope slope{motion.surface(t, point), {}, {}};
+  double length = point.norm();
+  for (const int body : {c.W.a, c.W.b}) length = std::max(length, (point - s.X[at(body)].p).norm());
+  if (length == 0) length = 1;  // a point on both origins: nothing else is there to measure by
+  const double speed =
+      std::max({slope.value.norm(), c.velocity(s.nu).norm(), std::sqrt(model.gravity().norm() * length)});
+  const double step = part * length, dt = speed > 0 ? part * length / speed : part;
+  slope.by_t = (motion.surface(t + dt, point) - motion.surface(t - dt, point)) / (2 * dt);
   for (int k = 0; k < 3; ++k) {
     const Vector3 d = step * Vector3::Unit(k);
     slope.by_point.col(k) = (motion.surface(t, point + d) - motion.surface(t, point - d)) / (2 * step);
@@ -243,7 +253,7 @@ void differentiate(const Model& model, const State& x, const Instant& instant, c
         du.middleCols<3>(s.w) +=
             s.sign * (s.r.cross(geometry.normal_t) + geometry.point_t.cross(d.linear[0])).transpose();
       } else if (s.body.kind == BodyKind::Prescribed && s.body.motion.surface) {
-        const SurfaceSlope slope = surface_slope(s.body.motion, x.t, c.position);
+        const SurfaceSlope slope = surface_slope(model, instant, c, s.body.motion, x.t);
         du += s.sign * (slope.value.transpose() * d.d_linear[j] +
                         d.linear[j].transpose() * slope.by_point * d.d_point);
         out.velocity_t[j] += s.sign * (linear_t[j].dot(slope.value) + d.linear[j].dot(slope.by_t) +

@@ -1,4 +1,5 @@
 #include "instant/pair_side.hpp"
+#include "instant/scales.hpp"
 #include "perp/instant/derivatives.hpp"
 
 namespace perp {
@@ -59,13 +60,22 @@ struct StateSlopes {
   bool none() const { return xi.isZero(0) && nu.isZero(0); }
 };
 
-/// By central differences.
+/// By central differences over a millionth of the system's length, of a radian, and of its speeds: truncation is 1e-12 of a function that
+/// bends over them, rounding 1e-10.
 template <int R, class Value>
-StateSlopes<R> state_slopes(const Model& model, const State& x, const Body& body, const Value& value) {
-  constexpr double step = 1e-6;  // [m, rad], [m/s, rad/s]
+StateSlopes<R> state_slopes(const Model& model, const State& x, const Scales& scales, const Body& body,
+                            const Value& value) {
+  constexpr double part = 1e-6;
+  const double speed =
+      scales.speed > 0 ? scales.speed : scales.length;  // where nothing moves or falls: in a second
+  const int linear = body.kind == BodyKind::Planar ? 2 : body.kind == BodyKind::Generalized ? 0 : 3;
   StateSlopes<R> slopes;
   Vector unit = Vector::Zero(model.nv());
   for (int i = 0; i < body.nv; ++i) {
+    const double step = i < linear ? part * scales.length : part;
+    const double rate = body.kind == BodyKind::Generalized ? part
+                        : i < linear                       ? part * speed
+                                                           : part * speed / scales.length;
     State before = x, after = x;
     unit[body.v0 + i] = 1;
     move(model, unit, -step, before.q);
@@ -73,14 +83,14 @@ StateSlopes<R> state_slopes(const Model& model, const State& x, const Body& body
     unit[body.v0 + i] = 0;
     slopes.xi.col(i).array() = (value(after) - value(before)) / (2 * step);
     before.q = after.q = x.q;
-    before.nu[body.v0 + i] -= step;
-    after.nu[body.v0 + i] += step;
-    slopes.nu.col(i).array() = (value(after) - value(before)) / (2 * step);
+    before.nu[body.v0 + i] -= rate;
+    after.nu[body.v0 + i] += rate;
+    slopes.nu.col(i).array() = (value(after) - value(before)) / (2 * rate);
   }
   return slopes;
 }
 
-void differentiate_force(const Model& model, const BodyForce& load, const State& x,
+void differentiate_force(const Model& model, const BodyForce& load, const State& x, const Scales& scales,
                          std::vector<LoadDerivative>& out) {
   const Body& body = model.body(load.body);
   if (body.nv == 0) return;
@@ -92,7 +102,7 @@ void differentiate_force(const Model& model, const BodyForce& load, const State&
   };
   for (std::size_t j = 0; j < model.bodies().size(); ++j) {
     if (model.bodies()[j].nv == 0) continue;
-    const StateSlopes<6> slopes = state_slopes<6>(model, x, model.bodies()[j], value);
+    const StateSlopes<6> slopes = state_slopes<6>(model, x, scales, model.bodies()[j], value);
     if (!slopes.none()) out.push_back({load.body.index, static_cast<int>(j), slopes.xi, slopes.nu});
   }
 }
@@ -127,8 +137,8 @@ void differentiate_effort(const Model& model, const Instant& s, const JointRowIn
 }
 
 /// W f with f a function of the whole state: its own slopes by central differences.
-void differentiate_motor(const Model& model, const JointMotor& motor, const State& x, const Instant& s,
-                         std::vector<LoadDerivative>& out) {
+void differentiate_motor(const Model& model, const JointMotor& motor, const State& x, const Scales& scales,
+                         const Instant& s, std::vector<LoadDerivative>& out) {
   const JointRowInstant& c = s.coordinate(motor.joint, motor.coordinate);
   const auto effort = [&](const State& y) {
     return motor.effort(model, y, model.coordinate(y, motor.joint, motor.coordinate),
@@ -137,7 +147,7 @@ void differentiate_motor(const Model& model, const JointMotor& motor, const Stat
   differentiate_effort(model, s, c, effort(x), 0, 0, out);
   for (std::size_t j = 0; j < model.bodies().size(); ++j) {
     if (model.bodies()[j].nv == 0) continue;
-    const StateSlopes<1> slopes = state_slopes<1>(model, x, model.bodies()[j], effort);
+    const StateSlopes<1> slopes = state_slopes<1>(model, x, scales, model.bodies()[j], effort);
     if (slopes.none()) continue;
     const int column = static_cast<int>(j);
     if (c.W.na > 0) out.push_back({c.W.a, column, c.W.A * slopes.xi, c.W.A * slopes.nu});
@@ -165,14 +175,16 @@ void differentiate_loads(const Model& model, const State& x, const Instant& inst
     block.nu.bottomRightCorner<3, 3>() = skew(body.J * w) - skew(w) * body.J;
     out.push_back(block);
   }
+  Scales scales;
+  if (!model.forces().empty() || !model.motors().empty()) scales = scales_of(model, x, instant);
   for (const Spring& spring : model.springs()) differentiate_spring(model, spring, instant, out);
-  for (const BodyForce& load : model.forces()) differentiate_force(model, load, x, out);
+  for (const BodyForce& load : model.forces()) differentiate_force(model, load, x, scales, out);
   for (const JointSpring& spring : model.joint_springs()) {
     const JointRowInstant& c = instant.coordinate(spring.joint, spring.coordinate);
     const double effort = -spring.stiffness * (c.psi_b - spring.rest) - spring.damping * c.velocity(x.nu);
     differentiate_effort(model, instant, c, effort, -spring.stiffness, -spring.damping, out);
   }
-  for (const JointMotor& motor : model.motors()) differentiate_motor(model, motor, x, instant, out);
+  for (const JointMotor& motor : model.motors()) differentiate_motor(model, motor, x, scales, instant, out);
 }
 
 void differentiate_mass(const Model& model, const State& x, const Vector& y,

@@ -18,9 +18,12 @@ bool BasisPivots::solve_basis(const Matrix& A, const Vector& b, const std::vecto
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i)
       A_in_(i, j) = A(in_[static_cast<std::size_t>(i)], in_[static_cast<std::size_t>(j)]);
-  for (Eigen::Index i = 0; i < n; ++i) z_in_[i] = -b[in_[static_cast<std::size_t>(i)]];
+  b_in_.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) b_in_[i] = b[in_[static_cast<std::size_t>(i)]];
   lu_.compute(A_in_);
-  z_in_ = lu_.solve(z_in_);
+  z_in_ = lu_.solve(-b_in_);
+  b_in_.noalias() += A_in_ * z_in_;  // what is left: refined once, or the basis' condition stays in it
+  z_in_ -= lu_.solve(b_in_);
   for (Eigen::Index i = 0; i < n; ++i) z[in_[static_cast<std::size_t>(i)]] = z_in_[i];
   return z_in_.allFinite();
 }

@@ -26,7 +26,7 @@ class BasisPivots {
   std::vector<int> in_;
   std::vector<char> wrong_;
   Matrix A_in_;
-  Vector z_in_, w_;
+  Vector b_in_, z_in_, w_;
   Eigen::PartialPivLU<Matrix> lu_;
 };
 

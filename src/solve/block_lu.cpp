@@ -8,7 +8,13 @@
 namespace perp {
 template <int B>
 bool invert(Eigen::Matrix<double, B, B>& a) {
-  const double least = 1e-300 + 1e-15 * a.cwiseAbs().maxCoeff();
+  // rows and columns of unit diagonal, to powers of two: lengths and angles may share a block, in any units
+  Eigen::Matrix<double, B, 1> scale;
+  for (int i = 0; i < B; ++i)
+    scale[i] = a(i, i) == 0 || !std::isfinite(a(i, i)) ? 1 : std::ldexp(1.0, -std::ilogb(a(i, i)) / 2);
+  a = scale.asDiagonal() * a * scale.asDiagonal();
+  constexpr double rounding = 1e-15;
+  const double least = rounding * a.cwiseAbs().maxCoeff();
   int pivot_row[B];
   for (int k = 0; k < B; ++k) {
     int p = k;
@@ -29,6 +35,7 @@ bool invert(Eigen::Matrix<double, B, B>& a) {
   }
   for (int k = B - 1; k >= 0; --k)
     if (pivot_row[k] != k) a.col(pivot_row[k]).swap(a.col(k));
+  a = scale.asDiagonal() * a * scale.asDiagonal();
   return true;
 }
 

@@ -31,6 +31,31 @@ double solve(const Matrix3& J, const Vector3& L, double h, Vector3& w) {
   return F.norm() / size;
 }
 
+/// J (w_f - w) = h (torque - w_f x J w_f) by Newton's method from w_f, its steps halved until they lessen the miss; false if that is not
+/// at rounding.
+bool solve_backward(const Matrix3& J, const Vector3& w, const Vector3& torque, double h, Vector3& w_f) {
+  constexpr int most = 50;
+  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon(), least_part = 1e-3;
+  const Vector3 L = J * w;
+  const double scale = L.norm() + h * torque.norm();
+  Vector3 best = w_f, newton = Vector3::Zero();
+  double least = infinity, part = 1;
+  for (int i = 0; i < most && least > rounding * scale; ++i) {
+    const Vector3 L_f = J * w_f, r = L_f - L + h * (w_f.cross(L_f) - torque);
+    if (r.norm() < least) {
+      least = r.norm();
+      best = w_f;
+      newton = -Matrix3(J + h * (skew(w_f) * J - skew(L_f))).partialPivLu().solve(r);
+      part = 1;
+    } else if ((part /= 2) < least_part) {
+      break;
+    }
+    w_f = best + part * newton;
+  }
+  w_f = best;
+  return least <= 64 * rounding * scale;
+}
+
 }  // namespace
 
 Vector3 free_rotation(const Matrix3& J, const Vector3& L, double h) {
@@ -51,24 +76,17 @@ Vector3 free_rotation(const Matrix3& J, const Vector3& L, double h) {
 }
 
 void implicit_gyroscopic(const Model& model, const State& x, double h, Vector& k) {
-  constexpr int most = 50;
-  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
   for (const Body& b : model.bodies()) {
     if (b.kind != BodyKind::Spatial || b.J == b.J(0, 0) * Matrix3::Identity()) continue;
-    const Vector3 w = x.nu.segment<3>(b.v0 + 3), L = b.J * w;
-    const Vector3 torque = Vector3(k.segment<3>(b.v0 + 3)) + w.cross(L);
-    const double scale = L.norm() + h * torque.norm();
-    Vector3 w_f = w, best = w;
-    double least = infinity;
-    for (int i = 0; i < most; ++i) {
-      const Vector3 L_f = b.J * w_f, r = L_f - L + h * (w_f.cross(L_f) - torque);
-      if (!(r.norm() < least)) break;
-      least = r.norm();
-      best = w_f;
-      if (least <= rounding * scale) break;
-      w_f -= Matrix3(b.J + h * (skew(w_f) * b.J - skew(L_f))).partialPivLu().solve(r);
+    const Vector3 w = x.nu.segment<3>(b.v0 + 3);
+    const Vector3 torque = Vector3(k.segment<3>(b.v0 + 3)) + w.cross(b.J * w);
+    Vector3 w_f = w;
+    // turns of radians a step: from the answers of shorter ones
+    for (int parts = 1; !solve_backward(b.J, w, torque, h, w_f) && parts <= 64; parts *= 4) {
+      w_f = w;
+      for (int i = 1; i < 4 * parts; ++i) solve_backward(b.J, w, torque, i * h / (4 * parts), w_f);
     }
-    k.segment<3>(b.v0 + 3) = torque - best.cross(b.J * best);
+    k.segment<3>(b.v0 + 3) = torque - w_f.cross(b.J * w_f);
   }
 }
 

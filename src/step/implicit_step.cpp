@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "step/certificate.hpp"
+#include "step/closeness.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -36,7 +37,7 @@ void LastImpulses::prepare(const Model& model, const Instant& s, const State& x)
   h = 0;
 }
 
-void StepReactions::add_contact(const ContactInstant& c, const Vector3& p) {
+void StepReactions::add_contact(const ContactInstant& c, const Vector3& p, const StepSpeeds& speeds) {
   if (!moves(c.W)) return;
   Reaction& r = all.emplace_back();
   r.law = law_of(c);
@@ -44,12 +45,14 @@ void StepReactions::add_contact(const ContactInstant& c, const Vector3& p) {
   r.source = c.point;
   r.W = c.W;
   r.p.head(1 + c.tangents) = (c.frame.transpose() * p).head(1 + c.tangents);
+  speeds.measure(r, &c);
 }
 
 void StepReactions::begin(const Model& model, const Instant& s, const State& x, double h, double h_p,
-                          const LastImpulses& last, Vector& nu) {
+                          const LastImpulses& last, const StepSpeeds& speeds, Vector& nu) {
   const double scale = last.h > 0 ? h_p / last.h : 0;
   all.clear();
+  appeared_.clear();
   taken_.assign(s.contacts.size(), 0);
   for (std::size_t i = 0; i < s.contacts.size(); ++i) {
     const ContactInstant& c = s.contacts[i];
@@ -57,7 +60,7 @@ void StepReactions::begin(const Model& model, const Instant& s, const State& x, 
     const double rate = std::min(c.velocity(x.nu).x(), c.velocity(nu).x());
     if (c.psi_n + h * rate > 0 && p.isZero(0)) continue;
     taken_[i] = 1;
-    add_contact(c, p);
+    add_contact(c, p, speeds);
   }
   const auto add_joints = [&](const std::vector<JointRowInstant>& rows, const std::vector<double>& before,
                               Law law, Reaction::Of of, int column) {
@@ -70,6 +73,7 @@ void StepReactions::begin(const Model& model, const Instant& s, const State& x, 
       r.source = static_cast<int>(i);
       r.W = three_columns(rows[i].W, column);
       r.p[column] = scale * before[i];
+      speeds.measure(r);
     }
   };
   add_joints(s.joint_rows, last.row, Law::Equality, Reaction::Of::JointRow, 0);
@@ -82,15 +86,33 @@ void StepReactions::begin(const Model& model, const Instant& s, const State& x, 
   }
   solve_mass(model, s, kick, moved);
   nu += moved;
+  // impulses that light bodies hand on hardly change from step to step, but enough to throw these about
+  const bool thrown = std::any_of(all.begin(), all.end(), [&](const Reaction& r) {
+    if (r.of != Reaction::Of::JointRow) return false;
+    const JointRowInstant& row = s.joint_rows[at(r.source)];
+    return r.length * std::abs(row.velocity(nu) - row.velocity(x.nu)) > r.speed;
+  });
+  if (!thrown) return;
+  for (const Reaction& r : all) {
+    if (r.of != Reaction::Of::JointRow) continue;
+    nu.segment(r.W.va, r.W.na) = x.nu.segment(r.W.va, r.W.na);
+    nu.segment(r.W.vb, r.W.nb) = x.nu.segment(r.W.vb, r.W.nb);
+  }
 }
 
-bool StepReactions::add_overlapping(const Instant& s, const Instant& end) {
+bool StepReactions::add_overlapping(const Instant& s, const StepSpeeds& speeds, const Instant& end) {
   const std::size_t before = all.size();
-  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
-    const int now = end.contact_of_point[at(s.contacts[i].point)];
-    if (taken_[i] != 0 || now < 0 || !(end.contacts[at(now)].psi_n < 0)) continue;
-    taken_[i] = 1;
-    add_contact(s.contacts[i], Vector3::Zero());
+  for (const ContactInstant& now : end.contacts) {
+    if (!(now.psi_n < 0)) continue;
+    const int then = s.contact_of_point[at(now.point)];
+    if (then >= 0 ? taken_[at(then)] != 0
+                  : std::find(appeared_.begin(), appeared_.end(), now.point) != appeared_.end())
+      continue;
+    if (then >= 0)
+      taken_[at(then)] = 1;
+    else
+      appeared_.push_back(now.point);
+    add_contact(then >= 0 ? s.contacts[at(then)] : now, Vector3::Zero(), speeds);
   }
   return all.size() > before;
 }
@@ -188,12 +210,11 @@ void VelocityLevel::differentiate(std::span<Reaction> reactions, std::vector<Cou
 }
 
 bool slips(const Reaction& r, double speed) {
-  constexpr double rounding = 1e-9;  // of the step's speeds
-  constexpr double inside = 1e-3;    // of friction's bound
   if (r.law == Law::HalfLine) return true;
-  // in a small step psi/h rounds to more than that, so that a contact that sticks may seem to slide: its friction tells
+  // in a small step psi/h rounds to more, so that a contact that sticks may seem to slide: its friction tells
   const double bound = r.law == Law::Interval ? r.mu : r.mu * std::max(r.p.x(), 0.0);
-  return r.u.tail<2>().norm() > rounding * speed && r.p.tail<2>().norm() >= (1 - inside) * bound;
+  return !closeness::sticks(r.length * r.u.tail<2>().norm(), speed) &&
+         closeness::on_bound(r.p.tail<2>().norm(), bound);
 }
 
 void begin_reactions(const Model& model, StepReport& report) {
@@ -277,10 +298,6 @@ void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, c
   last.h = report.h;
   last.end = end;
   last.revision = model.revision();
-}
-
-double gap_rounding(const State& x, double h) {
-  return 4 * std::numeric_limits<double>::epsilon() * std::max(1.0, x.q.lpNorm<Eigen::Infinity>()) / h;
 }
 
 }  // namespace perp

@@ -27,16 +27,18 @@ class StepReactions {
   /// Contacts that close within h at the velocity x.nu or `nu`, that of no reactions. First guesses: p from `last`, in
   /// proportion to h_p, and nu moved by it; p of joint rows is zero, so that of redundant rows none grows from step to step.
   void begin(const Model& model, const Instant& s, const State& x, double h, double h_p,
-             const LastImpulses& last, Vector& nu);
-  /// Adds the contacts that were left out and overlap at `end`, and keeps the others' p; false if there are none.
-  bool add_overlapping(const Instant& s, const Instant& end);
+             const LastImpulses& last, const StepSpeeds& speeds, Vector& nu);
+  /// Adds the contacts that were left out and overlap at `end`, those too that came into being within the step, with W as they are
+  /// there, and keeps the others' p; false if there are none.
+  bool add_overlapping(const Instant& s, const StepSpeeds& speeds, const Instant& end);
 
   std::vector<Reaction> all;
 
  private:
-  void add_contact(const ContactInstant& c, const Vector3& p);
+  void add_contact(const ContactInstant& c, const Vector3& p, const StepSpeeds& speeds);
 
-  std::vector<char> taken_;  // of the start's contacts
+  std::vector<char> taken_;    // of the start's contacts
+  std::vector<int> appeared_;  // points that it does not have
 };
 
 /// The contact of s that r is about: null for joints, and for a point that s does not have.
@@ -143,8 +145,5 @@ void report_end(const Instant& end, const State& moved, StepReport& report);
 /// Keeps the report's impulses for the next step.
 void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, const StepReport& report,
                    const State& end, LastImpulses& last);
-
-/// Rounding of psi/h [m/s]: psi is a difference of coordinates.
-double gap_rounding(const State& x, double h);
 
 }  // namespace perp

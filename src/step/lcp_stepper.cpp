@@ -6,34 +6,18 @@
 
 #include "perp/core/errors.hpp"
 #include "perp/instant/friction_polygon.hpp"
-#include "perp/solve/lemke.hpp"
-#include "perp/step/polygonal_lcp.hpp"
-#include "solve/basis_pivots.hpp"
-#include "step/certificate.hpp"
 #include "step/free_rotation.hpp"
-#include "step/impact_in_step.hpp"
 #include "step/implicit_step.hpp"
-#include "step/joint_projection.hpp"
+#include "step/lcp_workspace.hpp"
 #include "step/least_reactions.hpp"
 #include "step/mixed_form.hpp"
+#include "step/stable_step.hpp"
 #include "step/step_gain.hpp"
-#include "step/step_record.hpp"
 
 namespace perp {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-/// One island's problem and the solver that keeps its workspace.
-struct IslandProblem {
-  ReducedSystem reduced;
-  PolygonalLcp polygonal;
-  LemkeSolver lemke;
-  LcpSolution solution;
-  BasisPivots pivots;
-  KeptBasis last[2];  // of the problem without and with restitution
-  Vector r;           // impulses along the rows of `reduced`
-};
 
 /// Unknowns up to which Lemke's path costs no more than a factorisation.
 constexpr int few_unknowns = 60;
@@ -46,29 +30,6 @@ bool closes(const ContactInstant& c, const Vector& nu_free, double h, double spe
 }
 
 }  // namespace
-
-struct LcpStepper::Workspace {
-  std::vector<Vector2> polygon;
-  StartInstant start;
-  Instant end;
-  Vector load, nu_free, gained;    // k; nu + h M^-1 k; h M^-1 k
-  Vector gap_term, joint_bias;     // beside W_n^T nu+ + dpsi_n/dt; psi_b/h + dpsi_b/dt
-  std::vector<int> active, added;  // contacts that take part, ascending; scratch
-  std::vector<int> points;         // of an island's contacts
-  Islands islands;
-  std::vector<IslandProblem> problems;  // one an island, in their order
-  Answer answer, rebound;               // without and with restitution
-  State moved;
-  JointProjection projection;
-  Vector first_bias;  // joint_bias of (28)
-  StepAnswer step;
-  Certificate certificate;
-
-  void assemble(const Model& model, const Instant& s, std::size_t i, double h, bool scaled);
-  std::vector<Reaction> reactions;
-  EnergyBefore energy;
-  Rebound law = Rebound::Newton;
-};
 
 LcpStepper::LcpStepper(LcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
   work_->polygon = work_->step.polygon = friction_polygon(options.edges);
@@ -164,10 +125,13 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
   Workspace& w = *work_;
   IslandProblem& problem = w.problems[number];
   const Vector& z = problem.solution.z;
+  problem.u.resize(problem.reduced.size());
   for (std::size_t i = 0; i < island.contacts.size(); ++i) {
     const int index = island.contacts[i], row = problem.reduced.rows_of(static_cast<int>(i));
     const ContactInstant& c = s.contacts[at(index)];
     const int rows = 1 + c.tangents;
+    const Vector3 u = c.velocity(answer.nu);
+    problem.u.segment(row, rows) = u.head(rows);
     answer.p.col(index).head(rows) = problem.r.segment(row, rows);
     const double gap = w.gap_term[index], p_n = problem.r[row];
     answer.w[index] = problem.reduced.diagonal[row];
@@ -176,6 +140,7 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
   }
   for (std::size_t i = 0; i < island.joint_frictions.size(); ++i) {
     const int index = island.joint_frictions[i], row = problem.reduced.friction_row(static_cast<int>(i));
+    problem.u[row] = s.joint_frictions[at(index)].velocity(answer.nu);
     answer.joint_friction[index] = problem.r[row];
     answer.speed_scale =
         std::max(answer.speed_scale, std::abs(s.joint_frictions[at(index)].velocity(w.nu_free)));
@@ -209,7 +174,6 @@ bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
   Workspace& w = *work_;
   bool bounces = false;
   const bool whole = options_.whole_impacts && !options_.anitescu_potra;
-  if (whole) w.gained = w.nu_free - x.nu;
   for (const int i : w.active) {
     if (!(w.answer.p(0, i) > 0)) continue;
     const ContactInstant& c = s.contacts[at(i)];
@@ -228,13 +192,13 @@ bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
   return bounces;
 }
 
-/// The step's answer and where it leads. Joints on their positions: (28) with what psi_b(q ⊕ h nu+, t+) was left over added to its
+/// The step's answer and where it leads, from the start with the contacts that came into being. Joints on their positions: (28) with what psi_b(q ⊕ h nu+, t+) was left over added to its
 /// psi_b/h, again and again, is a Newton method for psi_b(q+, t+) = 0 with W_b kept; each round gains a factor of about h |nu|.
 /// Where it gains less (a linkage passes its change point), what it adds is no motion: the first answer stands, and its position is
 /// moved onto the joints afterwards.
-bool LcpStepper::solve_positions(const Model& model, const State& x, const Instant& s,
+bool LcpStepper::solve_positions(const Model& model, const State& x, const Instant& start,
                                  const StepRequest& request, StepReport& report) {
-  constexpr int most_rounds = 8;
+  constexpr int most_rounds = 8, most_appearances = 6;
   constexpr double least_gain = 0.3;  // of the error in a round that counts
   Workspace& w = *work_;
   const auto fail = [&](StepStatus status, const std::string& why) {
@@ -242,13 +206,16 @@ bool LcpStepper::solve_positions(const Model& model, const State& x, const Insta
     report.message = why;
     return false;
   };
-  const double rounding = s.joint_rows.empty() ? 0 : joint_rounding(model, s);
+  const Instant*& s = w.solved_from = &start;
+  int appearances = 0;
   double error = infinity;
   bool first_again = false;
   for (int round = 0;; ++round) {
     do {
-      if (!solve(model, s, request, w.answer, report)) return fail(StepStatus::NotSolved, report.message);
-    } while (add_overlapping(s, request.h, w.answer));
+      if (!solve(model, *s, request, w.answer, report))
+        return fail(StepStatus::NotSolved,
+                    report.message + joints_at_odds(model, x, request.t_end, request.h));
+    } while (add_overlapping(*s, request.h, w.answer));
     w.moved.t = request.t_end;
     w.moved.q = x.q;
     w.moved.winding = x.winding;
@@ -258,12 +225,25 @@ bool LcpStepper::solve_positions(const Model& model, const State& x, const Insta
     evaluate(model, w.moved, w.end, nullptr, w.start.near());
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
 
+    if (const Instant* more = w.add_appeared(*s, request.h); more != nullptr) {
+      if (++appearances > most_appearances)
+        return fail(StepStatus::Inexact,
+                    "contact points that come into being within the step overlap at its end by " +
+                        shortest(-w.end.gap_min()) + " m, again after " + std::to_string(most_appearances) +
+                        " rounds");
+      s = more;
+      begin(model, x, request, *s);
+      error = infinity;
+      first_again = false;
+      round = -1;
+      continue;
+    }
     const double before = error;
-    error = w.end.joint_error();
-    if (!options_.close_joints || error <= rounding || first_again || round == most_rounds) return true;
+    error = closeness::joint_misfit(model, w.end);
+    if (!options_.close_joints || error <= 1 || first_again || round == most_rounds) return true;
     if (round == 0) w.first_bias = w.joint_bias;
     if (round > 0 && !(error < least_gain * before)) {
-      if (before < 1e3 * rounding) return true;  // as near as rounding lets it
+      if (before < 1e3) return true;  // as near as rounding lets it
       w.joint_bias = w.first_bias;
       first_again = true;
       continue;
@@ -328,16 +308,24 @@ void LcpStepper::take_least(const Model& model, const Instant& s, double h, Answ
 
 void LcpStepper::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Workspace& w = *work_;
-  const Instant& s = w.start.at(model, x, request.h);
+  const Instant& start = w.start.at(model, x, request.h);
   const auto fail = [&](StepStatus status, const std::string& why) {
     report.status = status;
     report.message = why;
   };
-  if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
+  if (!start.fault.empty()) return fail(StepStatus::NotFinite, start.fault);
 
-  begin(model, x, request, s);
-  if (!solve_positions(model, x, s, request, report)) return;
+  begin(model, x, request, start);
+  if (!solve_positions(model, x, start, request, report)) return;
+  const Instant& s = *w.solved_from;
   if (w.start.widen(model, w.end)) return advance(model, x, request, report);
+  w.gained = w.nu_free - x.nu;
+  w.speeds.begin(model, s, x, w.gained, request.h, request.t_end, request.max_correction_speed,
+                 w.start.near());
+  w.fastest = 0;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i)
+    w.fastest = std::max(w.fastest, w.speeds.of_body(i));
+  const bool passed = w.islands_pass(options_, w.answer, report);
 
   StepAnswer& step = w.step;
   list_impulses(s, w.answer, w.active, w.gap_term, step.first);
@@ -385,18 +373,13 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   const double struck =
       w.certificate.certify(model, s, x, w.start.energy(model), w.end, w.moved, step, report);
 
-  constexpr double rounding =
-      16 * std::numeric_limits<double>::epsilon();  // of contact velocities that are differences
-  double allowed = options_.tolerance * final->speed_scale + rounding * w.moved.nu.lpNorm<Eigen::Infinity>();
-  if (!s.joint_rows.empty()) allowed += joint_rounding(model, s) / request.h;
-  const std::string open = loop ? open_joints(model, w.end, request.h * allowed)
-                                : disagreeing_joints(model, s, final->nu, w.joint_bias, request.h, allowed);
-  if (!open.empty()) return fail(StepStatus::Inexact, "joints that do not fit together stay open: " + open);
-  const double residual = std::max(report.residuals.normal, report.residuals.friction);
-  if (!(residual <= allowed))
-    return fail(StepStatus::Inexact, "residual " + shortest(residual) + " m/s is above " +
-                                         shortest(options_.tolerance) + " of the speed " +
-                                         shortest(final->speed_scale) + " m/s");
+  if (!passed || (final == &w.rebound && !w.islands_pass(options_, w.rebound, report)) ||
+      !w.joints_pass(model, request.h, options_, *final, report))
+    return fail(StepStatus::Inexact, report.message);
+  if (const std::string spring =
+          unstable_spring(model, s, final->nu, request.h, Damping::Explicit, w.fastest);
+      !spring.empty())
+    return fail(StepStatus::NotSolved, spring);
   if (!keeps_energy(model, x, request, gain_of(model, s, x, w.moved, step, struck, request, report), report))
     return;
   report.status = StepStatus::Solved;

@@ -74,83 +74,107 @@ bool LinearizedStep::factor(const Model& model, const std::vector<Coupling>& K,
   return lu_.factor();
 }
 
+void LinearizedStep::Pair::add(double t, const Pair& other) {
+  first += t * other.first;
+  for (std::size_t i = 0; i < second.size(); ++i) second[i] += t * other.second[i];
+}
+
 bool LinearizedStep::solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
                            const std::vector<Reaction>& reactions,
-                           const std::vector<LinearizedReaction>& rows, const Vector& R) {
-  constexpr int most_refinements = 3;
+                           const std::vector<LinearizedReaction>& rows, const Vector& R, bool thorough) {
+  constexpr double enough = 1e-13;  // of the misses' norm
+  constexpr std::size_t refined = 4;
   analyze(model, K, reactions);
   if (!factor(model, K, reactions, rows)) return false;
   const std::size_t n = reactions.size();
   dnu.setZero(R.size());
   dp.assign(n, Vector3::Zero());
-  first_miss_ = -R;
-  second_miss_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) second_miss_[i] = -rows[i].F;
-  const double size = miss(model, instant, reactions);
-  for (int refinements = 0;; ++refinements) {
-    correct(model, reactions, rows);
-    subtract(model, K, reactions, rows, R);
-    const double now = miss(model, instant, reactions);
-    if (!std::isfinite(now)) return false;
-    if (now <= 1e-13 * size || refinements == most_refinements) return true;
+  missed_.first = -R;
+  missed_.second.resize(n);
+  for (std::size_t i = 0; i < n; ++i) missed_.second[i] = -rows[i].F;
+  const double size = product(model, instant, reactions, missed_, missed_);
+  std::array<double, most_directions> squares{};
+  for (std::size_t k = 0; k < (thorough ? most_directions : refined); ++k) {
+    Pair &d = directions_[k], &image = images_[k];
+    precondition(model, reactions, rows, missed_, d);
+    apply(model, K, reactions, rows, d, image);
+    for (std::size_t j = 0; thorough && j < k; ++j) {
+      const double t = -product(model, instant, reactions, image, images_[j]) / squares[j];
+      d.add(t, directions_[j]);
+      image.add(t, images_[j]);
+    }
+    squares[k] = product(model, instant, reactions, image, image);
+    if (!std::isfinite(squares[k])) return false;
+    if (!(squares[k] > 0)) return true;
+    const double t = thorough ? product(model, instant, reactions, missed_, image) / squares[k] : 1;
+    dnu += t * d.first;
+    for (std::size_t i = 0; i < n; ++i) dp[i] += t * d.second[i];
+    missed_.add(-t, image);
+    if (product(model, instant, reactions, missed_, missed_) <= enough * enough * size) return true;
   }
+  return true;
 }
 
-/// Norm of what the linearised equations miss [J].
-double LinearizedStep::miss(const Model& model, const Instant& instant,
-                            const std::vector<Reaction>& reactions) {
-  solve_mass(model, instant, first_miss_, scratch_);
-  double sum = first_miss_.dot(scratch_);
-  for (std::size_t i = 0; i < reactions.size(); ++i) sum += reactions[i].w * second_miss_[i].squaredNorm();
-  return std::sqrt(std::abs(sum));
+/// Of two misses [J].
+double LinearizedStep::product(const Model& model, const Instant& instant,
+                               const std::vector<Reaction>& reactions, const Pair& a, const Pair& b) {
+  solve_mass(model, instant, a.first, scratch_);
+  double sum = b.first.dot(scratch_);
+  for (std::size_t i = 0; i < reactions.size(); ++i) sum += reactions[i].w * a.second[i].dot(b.second[i]);
+  return sum;
 }
 
-/// Adds to dnu, dp what the factors say of the misses.
-void LinearizedStep::correct(const Model& model, const std::vector<Reaction>& reactions,
-                             const std::vector<LinearizedReaction>& rows) {
+/// What the factors say that makes up for the misses.
+void LinearizedStep::precondition(const Model& model, const std::vector<Reaction>& reactions,
+                                  const std::vector<LinearizedReaction>& rows, const Pair& misses,
+                                  Pair& step) {
   rhs_.setZero(6, pattern_.size());
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];
-    if (b.nv > 0) rhs_.col(block_[i]).head(b.nv) = first_miss_.segment(b.v0, b.nv);
+    if (b.nv > 0) rhs_.col(block_[i]).head(b.nv) = misses.first.segment(b.v0, b.nv);
   }
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
-    const Vector3 known = inverse_[i] * second_miss_[i];
+    const Vector3 known = inverse_[i] * misses.second[i];
     if (r.W.na > 0) rhs_.col(block_[at(r.W.a)]) += r.W.A * known;
     if (r.W.nb > 0) rhs_.col(block_[at(r.W.b)]) += r.W.B * known;
   }
   lu_.solve(rhs_);
+  step.first.setZero(misses.first.size());
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];
-    if (b.nv > 0) dnu.segment(b.v0, b.nv) += rhs_.col(block_[i]).head(b.nv);
+    if (b.nv > 0) step.first.segment(b.v0, b.nv) = rhs_.col(block_[i]).head(b.nv);
   }
+  step.second.resize(reactions.size());
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     Vector3 du = Vector3::Zero();
     if (r.W.na > 0) du += r.G.leftCols<6>() * rhs_.col(block_[at(r.W.a)]);
     if (r.W.nb > 0) du += r.G.rightCols<6>() * rhs_.col(block_[at(r.W.b)]);
-    dp[i] += inverse_[i] * (second_miss_[i] - rows[i].P * du * (rows[i].rho / r.w));
+    step.second[i] = inverse_[i] * (misses.second[i] - rows[i].P * du * (rows[i].rho / r.w));
   }
 }
 
-/// What dnu, dp leave of the linearised equations.
-void LinearizedStep::subtract(const Model& model, const std::vector<Coupling>& K,
-                              const std::vector<Reaction>& reactions,
-                              const std::vector<LinearizedReaction>& rows, const Vector& R) {
-  first_miss_ = -R;
+/// The left sides of the linearised equations.
+void LinearizedStep::apply(const Model& model, const std::vector<Coupling>& K,
+                           const std::vector<Reaction>& reactions,
+                           const std::vector<LinearizedReaction>& rows, const Pair& step, Pair& out) const {
+  out.first.setZero(step.first.size());
   for (const Coupling& c : K) {
     const Body &row = model.bodies()[at(c.row)], &column = model.bodies()[at(c.column)];
-    first_miss_.segment(row.v0, row.nv) -=
-        c.value.topLeftCorner(row.nv, column.nv) * dnu.segment(column.v0, column.nv);
+    out.first.segment(row.v0, row.nv) +=
+        c.value.topLeftCorner(row.nv, column.nv) * step.first.segment(column.v0, column.nv);
   }
+  out.second.resize(reactions.size());
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     const LinearizedReaction& row = rows[i];
-    r.W.add_impulse(dp[i], first_miss_);
+    const Vector3& dp_i = step.second[i];
+    r.W.add_impulse(-dp_i, out.first);
     Vector3 du = Vector3::Zero();
-    for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * dnu[r.W.va + k];
-    for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * dnu[r.W.vb + k];
-    second_miss_[i] = -row.F - dp[i] + row.P * ((1 - row.eps) * dp[i] - du * (row.rho / r.w));
+    for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * step.first[r.W.va + k];
+    for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * step.first[r.W.vb + k];
+    out.second[i] = dp_i - row.P * ((1 - row.eps) * dp_i - du * (row.rho / r.w));
   }
 }
 

@@ -20,7 +20,8 @@ struct LinearizedReaction {
 /// Solves
 ///   K dnu - sum W dp = -R,     (I - P + eps P) dp + rho P/w G dnu = -F   for every reaction
 /// for dp first, which leaves a system of 6x6 blocks over the bodies, as sparse as the graph of contacts and couplings. eps makes
-/// redundant reactions regular.
+/// redundant reactions regular; what the factors miss is refined; `thorough`, by generalised conjugate residuals [EES83] with the factors as
+/// preconditioner, which takes a direction for each group of reactions that are nearly redundant, where refinement creeps.
 class LinearizedStep {
  public:
   Vector dnu;
@@ -29,7 +30,7 @@ class LinearizedStep {
   /// dnu, dp; `R` is without the reactions' impulses, misses are measured by M of `instant`. False if the system is singular.
   bool solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
              const std::vector<Reaction>& reactions, const std::vector<LinearizedReaction>& rows,
-             const Vector& R);
+             const Vector& R, bool thorough);
 
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -37,14 +38,23 @@ class LinearizedStep {
   void analyze(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions);
   bool factor(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
               const std::vector<LinearizedReaction>& rows);
-  double miss(const Model& model, const Instant& instant, const std::vector<Reaction>& reactions);
-  void correct(const Model& model, const std::vector<Reaction>& reactions,
-               const std::vector<LinearizedReaction>& rows);
-  void subtract(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
-                const std::vector<LinearizedReaction>& rows, const Vector& R);
+  /// Of (dnu, dp), or of what the two equations miss.
+  struct Pair {
+    Vector first;
+    std::vector<Vector3> second;
+    void add(double t, const Pair& other);
+  };
+  double product(const Model& model, const Instant& instant, const std::vector<Reaction>& reactions,
+                 const Pair& a, const Pair& b);
+  void precondition(const Model& model, const std::vector<Reaction>& reactions,
+                    const std::vector<LinearizedReaction>& rows, const Pair& misses, Pair& step);
+  void apply(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
+             const std::vector<LinearizedReaction>& rows, const Pair& step, Pair& out) const;
 
-  Vector first_miss_, scratch_;  // of the two equations
-  std::vector<Vector3> second_miss_;
+  static constexpr std::size_t most_directions = 8;
+  Pair missed_;
+  std::array<Pair, most_directions> directions_, images_;
+  Vector scratch_;
   std::vector<Matrix3> inverse_;  // (I - P + eps P)^-1
   std::vector<int> block_;        // of bodies: row of blocks, -1 without velocities
   std::vector<std::array<int, 2>> pairs_, analyzed_pairs_;

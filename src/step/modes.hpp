@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "perp/instant/instant.hpp"
+#include "instant/scales.hpp"
 
 namespace perp {
 
@@ -22,24 +22,8 @@ struct Modes {
   const ClosedContact* find(int point) const;
 };
 
-/// What lengths, speeds and accelerations of a system are measured by: the same in all units.
-struct Scales {
-  double length = 1;        ///< largest of positions and lever arms [m]
-  double speed = 0;         ///< largest of velocities, and of sqrt(acceleration length) [m/s]
-  double acceleration = 0;  ///< largest of loads over masses, as accelerations of contact points [m/s^2]
-
-  void widen(const Scales& other);  ///< to the larger of both: of a run that comes to rest
-
-  double small_gap() const { return 1e-10 * length; }
-  double small_speed() const { return 1e-9 * speed; }
-  double small_rate(JointFreedom freedom) const {
-    return freedom == JointFreedom::Rotation ? small_speed() / length : small_speed();
-  }
-};
 /// Whether a joint's friction is against turning or sliding.
 [[nodiscard]] JointFreedom freedom_of(const Model& model, const JointRowInstant& friction);
-
-[[nodiscard]] Scales scales_of(const Model& model, const State& x, const Instant& instant);
 
 /// Closed are contacts with psi_n and u_n small, and the points in `closing`, whatever their u_n; those whose |u_f|, and joints
 /// whose rate, is not small slide.

@@ -5,10 +5,13 @@
 
 #include "perp/core/errors.hpp"
 #include "step/certificate.hpp"
+#include "step/closeness.hpp"
 #include "step/free_rotation.hpp"
 #include "step/impact_in_step.hpp"
 #include "step/implicit_step.hpp"
+#include "step/joint_projection.hpp"
 #include "step/least_reactions.hpp"
+#include "step/stable_step.hpp"
 #include "step/step_gain.hpp"
 #include "step/step_record.hpp"
 
@@ -131,22 +134,33 @@ class FirstStage final : public StepProblem {
       r.u.y() = 0.5 * (start_.joint_frictions[at(r.source)].velocity(nu) +
                        end_.joint_frictions[at(r.source)].velocity(nu));
     } else {
-      const ContactInstant &before = *contact_of(r, start_), *c = contact_of(r, end_);
+      const ContactInstant *before = contact_of(r, start_), *c = contact_of(r, end_);
+      if (before == nullptr && c == nullptr) {
+        r.u = {Reaction::no_point, 0, 0};
+        return;
+      }
       const double cap = h * request_.max_correction_speed;
-      const double allowed = before.psi_n + cap < 0 ? before.psi_n + cap : 0;
-      const Vector3 u = before.velocity(nu);
-      r.u = c == nullptr ? u : Vector3(0.5 * (u + c->velocity(nu)));
-      r.u.x() = c == nullptr ? (before.psi_n - allowed) / h + u.x() : (c->psi_n - allowed) / h;
+      const double allowed = before == nullptr ? 0 : std::min(0.0, before->psi_n + cap);
+      r.u = before == nullptr ? c->velocity(nu) : before->velocity(nu);
+      if (c == nullptr) {
+        r.u.x() += (before->psi_n - allowed) / h;
+        return;
+      }
+      r.u = 0.5 * (r.u + c->velocity(nu));
+      r.u.x() = (c->psi_n - allowed) / h;
     }
   }
 
   void slopes(const Motion& motion, Reaction& r) const {
     if (r.of == Reaction::Of::Contact) {
-      const ContactInstant &before = *contact_of(r, start_), *c = contact_of(r, end_);
-      r.G = slopes_of(before.W);
+      const ContactInstant *before = contact_of(r, start_), *c = contact_of(r, end_);
+      r.G.setZero();
+      if (before != nullptr) r.G = slopes_of(before->W);
       if (c == nullptr) return;
       Reaction::Slope along = slopes_of(c->W);
-      r.G = 0.5 * (r.G + along);
+      const double weight =
+          before == nullptr ? 1 : 0.5;  // of the end; a point that came into being is all there
+      r.G = (1 - weight) * r.G + weight * along;
       motion.turn(r.W, along);
       if (r.law != Law::HalfLine) {
         PairDerivative<3> d;
@@ -154,7 +168,7 @@ class FirstStage final : public StepProblem {
                             geometry_[static_cast<std::size_t>(c - end_.contacts.data())], Vector3::Zero(),
                             d);
         motion.turn(r.W, d.velocity);
-        r.G += 0.5 * motion.h() * d.velocity;
+        r.G += weight * motion.h() * d.velocity;
       }
       r.G.row(0) = along.row(0);
     } else if (r.of == Reaction::Of::JointRow) {
@@ -206,6 +220,7 @@ struct Ncp2Stepper::Workspace {
   std::vector<Slid> slid;
   std::vector<RelativeVelocity> velocities;
   Vector nu, gained, kick, load, momentum;
+  StepSpeeds speeds;
   StruckBodies struck, jumped;
   EnergyBefore energy;
   StepAnswer answer;
@@ -235,10 +250,11 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
                                    double speed) {
   const auto closes = [](const Reaction& r) { return r.w * r.p.x() > r.u.x(); };
   struck.clear(model);
-  for (const Reaction& r : first.all)
-    if (const ContactInstant* c = contact_of(r, s);
-        c != nullptr && closes(r) && strikes(*c, x, gained, h, speed))
-      struck.add(r);
+  for (const Reaction& r : first.all) {
+    if (r.of != Reaction::Of::Contact || !closes(r)) continue;
+    const ContactInstant* c = contact_of(r, s);  // null: it came into being, and was open before
+    if (c == nullptr || strikes(*c, x, gained, h, speed)) struck.add(r);
+  }
   struck.spread(first.all);
 
   closed.clear();
@@ -246,6 +262,7 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
   slid.clear();
   for (Reaction& r : first.all) {
     Reaction next = r;
+    next.rounding = 0;
     Vector3 b = Vector3::Zero();
     Slid how;
     const bool whole = struck.touches(r);
@@ -263,14 +280,14 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
       else if (slips(r, speed))
         how.direction.y() = r.u.y() > 0 ? 1 : -1;
     } else {
-      const ContactInstant &before = *contact_of(r, s), *c = contact_of(r, end);
-      const bool touched = touches(before, h, speed);
-      if (c == nullptr || !(closes(next) || (whole && touched && !separates(before, x, gained, speed))))
+      const ContactInstant *before = contact_of(r, s), *c = contact_of(r, end);
+      const bool touched = before != nullptr && touches(*before, h, speed);
+      if (c == nullptr || !(closes(next) || (whole && touched && !separates(*before, x, gained, speed))))
         continue;
       next.W = c->W;
       b = c->bias;
       how.e = c->e;
-      how.u_n_before = before.velocity(x.nu).x();
+      how.u_n_before = (before == nullptr ? *c : *before).velocity(x.nu).x();
       if (touched && !whole && r.law != Law::HalfLine && slips(r, speed))
         how.direction.tail<2>() = r.u.tail<2>().normalized();
     }
@@ -307,7 +324,7 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
       tied.p.tail<2>().setZero();
     }
     VelocityLevel level(model, end, known, posed_velocities);
-    second_newton.solve(model, end, level, {.tolerance = tolerance}, nu, posed, second);
+    second_newton.solve(model, end, level, {.speeds = speeds, .tolerance = tolerance}, nu, posed, second);
     iterations += second.iterations;
     if (!second.converged) {  // with much friction the tied law need not have a solution
       bool tied = false;
@@ -377,7 +394,8 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   const auto inexact = [&](std::string_view stage, const StepResiduals& e) {
     fail(std::isfinite(e.largest()) ? StepStatus::Inexact : StepStatus::NotFinite,
          "the " + std::string(stage) + " stage's residual " + shortest(e.largest()) + " m/s is above " +
-             shortest(options_.tolerance) + " of the speed " + shortest(e.speed) + " m/s");
+             shortest(options_.tolerance) + " of the speed " + shortest(e.speed) + " m/s" +
+             joints_at_odds(model, x, request.t_end, h));
   };
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
 
@@ -387,17 +405,23 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   w.gained *= h;
   w.nu = x.nu + 0.5 * w.gained;
   guess_rotations(model, s, x, h, w.nu);
-  w.first.begin(model, s, x, h, 0.5 * h, w.last, w.nu);
+  w.speeds.begin(model, s, x, w.gained, h, request.t_end, request.max_correction_speed, w.start.near());
+  w.first.begin(model, s, x, h, 0.5 * h, w.last, w.speeds, w.nu);
 
   FirstStage problem(model, s, w.start.near(), x, request, w.end, w.scratch, w.geometry);
-  const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
+  const NonsmoothNewton::Options how{.speeds = w.speeds, .tolerance = options_.tolerance};
+  NonsmoothNewton::Options at_first = how;
+  at_first.start = &x;
+  at_first.h = h;
+  at_first.stiff = !model.springs().empty() || !model.joint_springs().empty() || !model.motors().empty() ||
+                   !model.forces().empty();
   do {
-    w.newton.solve(model, s, problem, how, w.nu, w.first.all, w.outcome);
+    w.newton.solve(model, s, problem, at_first, w.nu, w.first.all, w.outcome);
     report.iterations += w.outcome.iterations;
     report.solver = w.outcome.solver;
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
     if (!w.outcome.converged) return inexact("first", w.outcome.residuals);
-  } while (w.first.add_overlapping(s, w.end));
+  } while (w.first.add_overlapping(s, w.speeds, w.end));
   if (w.start.widen(model, w.end)) return advance(model, x, request, report);
   w.history.residuals = w.outcome.history;
   w.moved = problem.moved();
@@ -422,6 +446,8 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   if (w.second.solver == "friction-chain" || w.second.solver == "ipopt") report.solver = w.second.solver;
 
   w.moved.nu = w.nu;
+  if (const std::string spring = unstable_spring(model, s, half, h, Damping::Midway, speed); !spring.empty())
+    return fail(StepStatus::NotSolved, spring);
   evaluate(model, w.moved, w.end, &s, w.start.near());
   const auto rows = [&] {
     begin_reactions(model, report);

@@ -5,8 +5,10 @@
 
 #include "perp/core/errors.hpp"
 #include "step/certificate.hpp"
+#include "step/closeness.hpp"
 #include "step/impact_in_step.hpp"
 #include "step/implicit_step.hpp"
+#include "step/joint_projection.hpp"
 #include "step/least_reactions.hpp"
 #include "step/step_gain.hpp"
 #include "step/step_record.hpp"
@@ -165,6 +167,7 @@ struct NcpStepper::Workspace {
   NewtonOutcome outcome, rebound;
   NewtonHistory history;
   StepReactions step;
+  StepSpeeds speeds;
   StruckBodies struck;
   std::vector<Reaction> closed;     // what an impact finds
   std::vector<std::size_t> source;  // of each, in step.all
@@ -200,15 +203,21 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   solve_mass(model, s, s.k, w.gained);
   w.gained *= h;
   w.nu = x.nu + w.gained;
-  w.step.begin(model, s, x, h, h, w.last, w.nu);
+  w.speeds.begin(model, s, x, w.gained, h, request.t_end, request.max_correction_speed, w.start.near());
+  w.step.begin(model, s, x, h, h, w.last, w.speeds, w.nu);
 
   EndOfStep problem(model, s, w.start.near(), x, request, options_.directions, w.end, w.geometry);
-  const NonsmoothNewton::Options how{.tolerance = options_.tolerance, .rounding = gap_rounding(x, h)};
+  const NonsmoothNewton::Options how{.speeds = w.speeds, .tolerance = options_.tolerance};
+  NonsmoothNewton::Options at_first = how;
+  at_first.start = &x;
+  at_first.h = h;
+  at_first.stiff = !model.springs().empty() || !model.joint_springs().empty() || !model.motors().empty() ||
+                   !model.forces().empty();
   do {
-    w.newton.solve(model, s, problem, how, w.nu, w.step.all, w.outcome);
+    w.newton.solve(model, s, problem, at_first, w.nu, w.step.all, w.outcome);
     report.iterations += w.outcome.iterations;
     if (!w.end.fault.empty()) return fail(StepStatus::NotFinite, w.end.fault);
-  } while (w.outcome.converged && w.step.add_overlapping(s, w.end));
+  } while (w.outcome.converged && w.step.add_overlapping(s, w.speeds, w.end));
   if (w.start.widen(model, w.end)) return advance(model, x, request, report);
   w.history.residuals = w.outcome.history;
   report.solver = w.outcome.solver;
@@ -218,7 +227,8 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (!w.outcome.converged)
     return fail(std::isfinite(e.largest()) ? StepStatus::Inexact : StepStatus::NotFinite,
                 "residual " + shortest(e.largest()) + " m/s is above " + shortest(options_.tolerance) +
-                    " of the speed " + shortest(e.speed) + " m/s");
+                    " of the speed " + shortest(e.speed) + " m/s" +
+                    joints_at_odds(model, x, request.t_end, h));
 
   list_impulses(w.step.all, w.answer.first);
 
@@ -226,9 +236,10 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   w.struck.clear(model);
   for (const Reaction& r : w.step.all) {
     const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
-    if (c == nullptr || before == nullptr || !(r.p.x() > 0)) continue;
-    const bool bounces = c->e * before->velocity(x.nu).x() < 0;
-    if (bounces || strikes(*before, x, w.gained, h, e.speed)) w.struck.add(r);
+    if (c == nullptr || !closeness::loaded(r.p.x())) continue;
+    if (before == nullptr || c->e * before->velocity(x.nu).x() < 0 ||
+        strikes(*before, x, w.gained, h, e.speed))  // a point that came into being was open before
+      w.struck.add(r);
   }
   w.struck.spread(w.step.all);
   if (w.struck.any()) {
@@ -247,13 +258,14 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
       std::pair<double, double> restitution;
       if (c != nullptr) {
         bias = options_.directions == Directions::End || before == nullptr ? c->bias : before->bias;
-        restitution = {c->e, before == nullptr ? 0 : before->velocity(x.nu).x()};
+        restitution = {c->e, (before == nullptr ? *c : *before).velocity(x.nu).x()};
       } else if (r.of == Reaction::Of::JointRow) {
         bias.x() = w.end.joint_rows[at(r.source)].psi_b_t;
       } else {
         bias.y() = w.end.joint_frictions[at(r.source)].psi_b_t;
       }
       w.closed.push_back(r);
+      w.closed.back().rounding = 0;
       w.source.push_back(i);
       w.velocities.push_back({r.W, bias});
       w.restitution.push_back(restitution);
@@ -281,7 +293,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
       for (std::size_t k = 0; k < closed.size(); ++k)
         w.rebounding[k].bias.x() += restitution_term(law, w.restitution[k].first, w.restitution[k].second);
       VelocityLevel level(model, w.end, w.momentum, w.rebounding);
-      w.newton.solve(model, w.end, level, {.tolerance = options_.tolerance}, nu, w.closed, w.rebound);
+      w.newton.solve(model, w.end, level, how, nu, w.closed, w.rebound);
       report.iterations += w.rebound.iterations;
       if (!w.rebound.converged)
         return fail(StepStatus::Inexact,

@@ -4,36 +4,13 @@
 #include <cmath>
 
 #include "perp/solve/friction_solver.hpp"
-#include "solve/cone.hpp"
 
 namespace perp {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-constexpr double steps_rho[] = {1, 0.1, 10};
-constexpr int maps = 3, patience = 6;  // iterations without half the residual before the map changes
-
-/// F = p - projection(p - rho u/w) and P. A contact that touches without a load, z_n within `rounding` [m/s] of zero, counts as
-/// closed in P: so a stack that begins to carry closes all of its joints at once, not one in an iteration.
-void alart_curnier(const Reaction& r, double rounding, LinearizedReaction& row) {
-  const Vector3 z = r.p - row.rho / r.w * r.u;
-  Vector3 projected;
-  if (r.law == Law::Equality) {
-    projected = {z.x(), 0, 0};
-    row.P = Vector3(1, 0, 0).asDiagonal();
-  } else {
-    alart_curnier_projection(kind_of(r.law), r.mu, z, projected, row.P);
-    if (r.law != Law::Interval && z.x() <= 0 && r.w * z.x() >= -row.rho * rounding) {
-      const double slip = z.tail<2>().norm();
-      const bool sticks = r.w * slip <= row.rho * rounding;
-      const Vector3 touching = sticks ? Vector3(1, 0, 0) : Vector3(1e-8 * slip, z.y(), z.z());
-      Vector3 unused;
-      alart_curnier_projection(kind_of(r.law), r.mu, touching, unused, row.P);
-    }
-  }
-  row.F = r.p - projected;
-}
+constexpr int patience = 6;  // iterations without half the residual before the map changes
 
 }  // namespace
 
@@ -62,8 +39,6 @@ std::pair<int, int> rows_of(Law law) {
       return {0, 1};
   }
 }
-
-double StepResiduals::largest() const { return std::max({momentum, normal, tangential, joints}); }
 
 WrenchMap<3> three_columns(const WrenchMap<1>& W, int column) {
   WrenchMap<3> out;
@@ -101,7 +76,8 @@ int NonsmoothNewton::root(int body) {
   return body;
 }
 
-void NonsmoothNewton::find_islands(const Model& model, const std::vector<Reaction>& reactions) {
+void NonsmoothNewton::find_islands(const Model& model, const Options& options,
+                                   const std::vector<Reaction>& reactions) {
   const int n = static_cast<int>(model.bodies().size());
   parent_.resize(at(n));
   for (int i = 0; i < n; ++i) parent_[at(i)] = i;
@@ -119,6 +95,19 @@ void NonsmoothNewton::find_islands(const Model& model, const std::vector<Reactio
     island_[at(i)] = of_root;
   }
   islands_.assign(at(count), {});
+  radius_.resize(at(n));
+  for (int i = 0; i < n; ++i) {
+    if (model.bodies()[at(i)].nv == 0) continue;
+    const Body& b = model.bodies()[at(i)];
+    Island& island = islands_[at(island_[at(i)])];
+    island.speed = std::max(island.speed, options.speeds.of_body(at(i)));
+    radius_[at(i)] = b.mass > 0 && b.kind != BodyKind::Generalized ? std::sqrt(b.J.trace() / b.mass) : 1;
+  }
+  for (const Reaction& r : reactions) {
+    Island& island = islands_[island_number(r)];
+    island.speed = std::max(island.speed, r.speed);
+    island.rounding = std::max(island.rounding, r.rounding);
+  }
 }
 
 bool NonsmoothNewton::evaluate(const Model& model, StepProblem& problem, const Options& options,
@@ -128,81 +117,12 @@ bool NonsmoothNewton::evaluate(const Model& model, StepProblem& problem, const O
   return judge(model, options, nu, reactions, outcome);
 }
 
-/// Residuals, merits and F, P at the guess evaluated last; false if they are not finite.
-bool NonsmoothNewton::judge(const Model& model, const Options& options, const Vector& nu,
-                            const std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
-  for (Island& island : islands_) {
-    island.residuals = {};
-    island.merit = 0;
-  }
-  constexpr double eps = 16 * std::numeric_limits<double>::epsilon();
-  const double rounding = options.rounding + eps * nu.lpNorm<Eigen::Infinity>();
-  rows_.resize(reactions.size());
-  for (std::size_t i = 0; i < reactions.size(); ++i) {
-    const Reaction& r = reactions[i];
-    LinearizedReaction& row = rows_[i];
-    row.rho = 1;
-    alart_curnier(r, rounding, row);
-    const Vector3 miss = r.w * row.F.cwiseAbs();
-    Island& island = islands_[island_number(r)];
-    if (island.map > 0 && r.law != Law::Equality) {
-      row.rho = steps_rho[island.map];
-      alart_curnier(r, rounding, row);
-    }
-    StepResiduals& e = island.residuals;
-    if (r.law == Law::Equality)
-      e.joints = std::max(e.joints, std::abs(r.u.x()));
-    else
-      e.normal = std::max(e.normal, miss.x());
-    e.tangential = std::max({e.tangential, miss.y(), miss.z()});
-    e.speed = std::max(e.speed, r.w * r.p.cwiseAbs().maxCoeff());
-    if (r.u.x() < Reaction::no_point) e.speed = std::max(e.speed, r.u.cwiseAbs().maxCoeff());
-    island.merit += r.w * row.F.squaredNorm();
-  }
-  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
-    const Body& b = model.bodies()[i];
-    if (b.nv == 0) continue;
-    Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
-    solve_mass(model, *instant_, static_cast<int>(i), R_.data() + b.v0, y.data());
-    const auto R = R_.segment(b.v0, b.nv);
-    const double energy = R.dot(y.head(b.nv));
-    Island& island = islands_[at(island_[i])];
-    StepResiduals& e = island.residuals;
-    island.merit += energy;
-    e.momentum = std::max(e.momentum, b.kind == BodyKind::Generalized ? y.cwiseAbs().maxCoeff()
-                                                                      : std::sqrt(std::abs(energy) / b.mass));
-    e.impulse = std::max(e.impulse, R.cwiseAbs().maxCoeff());
-    e.speed = std::max(e.speed, nu.segment(b.v0, b.nv).cwiseAbs().maxCoeff());
-  }
-  StepResiduals& all = outcome.residuals;
-  all = {};
-  outcome.converged = std::all_of(islands_.begin(), islands_.end(),
-                                  [](const Island& island) { return std::isfinite(island.merit); });
-  if (!outcome.converged) {
-    all.momentum = not_set;
-    return false;
-  }
-  for (Island& island : islands_) {
-    const StepResiduals& e = island.residuals;
-    island.floor = eps * e.speed + options.rounding;
-    island.good = e.largest() <= options.tolerance * e.speed + options.rounding;
-    outcome.converged = outcome.converged && island.good;
-    all.momentum = std::max(all.momentum, e.momentum);
-    all.impulse = std::max(all.impulse, e.impulse);
-    all.normal = std::max(all.normal, e.normal);
-    all.tangential = std::max(all.tangential, e.tangential);
-    all.joints = std::max(all.joints, e.joints);
-    all.speed = std::max(all.speed, e.speed);
-  }
-  return true;
-}
-
 /// eps of each reaction: it falls with its island's residual, relative to the speeds there, to rounding.
 void NonsmoothNewton::regularise(const std::vector<Reaction>& reactions) {
   constexpr double least = 1e-14, most = 1e-2, part = 1e-3;
   for (std::size_t i = 0; i < reactions.size(); ++i) {
-    const StepResiduals& e = islands_[island_number(reactions[i])].residuals;
-    rows_[i].eps = std::clamp(part * e.largest() / std::max(e.speed, 1e-300), least, most);
+    const Island& island = islands_[island_number(reactions[i])];
+    rows_[i].eps = std::clamp(part * island.residuals.largest() / std::max(island.size, 1e-300), least, most);
   }
 }
 
@@ -300,7 +220,9 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
       break;
     if (k > 0 || outcome.iterations > 0) problem.differentiate(reactions, K_);
     regularise(reactions);
-    if (!linearized_.solve(model, *instant_, K_, reactions, rows_, R_) ||
+    const bool creeps = std::any_of(islands_.begin(), islands_.end(),
+                                    [](const Island& i) { return !i.good && i.stalled > 1; });
+    if (!linearized_.solve(model, *instant_, K_, reactions, rows_, R_, creeps) ||
         !search(model, problem, options, static_cast<std::size_t>(k), nu, reactions, outcome))
       break;
     ++outcome.iterations;
@@ -318,6 +240,29 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
   return outcome.converged;
 }
 
+/// Evaluates the first guess. Where its merit is above the energy that leads there from the start's velocities, as with springs much stiffer
+/// than the step, those are tried.
+bool NonsmoothNewton::begin(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+                            std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  const bool finite = evaluate(model, problem, options, nu, reactions, outcome);
+  if (!options.stiff) return finite;
+  const auto merit = [&] {
+    double sum = 0;
+    for (const Island& island : islands_) sum += island.merit;
+    return sum;
+  };
+  nu_ = nu - options.start->nu;
+  multiply_mass(model, *instant_, nu_, terms_);
+  const double guessed = merit();
+  if (finite && !(guessed > nu_.dot(terms_))) return true;
+  nu_ = nu;
+  nu = options.start->nu;
+  if (evaluate(model, problem, options, nu, reactions, outcome) && !(finite && merit() > guessed))
+    return true;
+  nu = nu_;
+  return evaluate(model, problem, options, nu, reactions, outcome);
+}
+
 void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProblem& problem,
                             const Options& options, Vector& nu, std::vector<Reaction>& reactions,
                             NewtonOutcome& outcome) {
@@ -328,12 +273,12 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   for (Reaction& r : reactions) r.w = inverse_mass(model, instant, r.W, r.law);
   K_.clear();
   R_.resize(nu.size());
+  find_islands(model, options, reactions);
+  if (!begin(model, problem, options, nu, reactions, outcome)) return;
   const Vector start = nu;
   std::vector<Vector3> start_p(reactions.size());
   for (std::size_t i = 0; i < reactions.size(); ++i) start_p[i] = reactions[i].p;
   // a first guess at rounding needs no slopes
-  find_islands(model, reactions);
-  if (!evaluate(model, problem, options, nu, reactions, outcome)) return;
   if (!reactions.empty()) outcome.solver = "newton";
   if (std::all_of(islands_.begin(), islands_.end(), [](const Island& i) { return i.at_rounding(); })) {
     outcome.history.assign(1, outcome.residuals.largest());
@@ -341,7 +286,7 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   }
   // the couplings tie islands too: they are those of the first guess
   problem.differentiate(reactions, K_);
-  find_islands(model, reactions);
+  find_islands(model, options, reactions);
   if (!judge(model, options, nu, reactions, outcome)) return;
   if (newton(model, problem, options, nu, reactions, outcome)) return;
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "step/linearized_step.hpp"
+#include "step/pass_mark.hpp"
 #include "step/step_problem.hpp"
 
 namespace perp {
@@ -14,15 +15,15 @@ struct StepResiduals {
   double momentum =
       0;  ///< √(Rᵀ M^-1 R/m) of a body [m/s]; max |M^-1 R| of a generalized one [of its velocities]
   double impulse = 0;     ///< max |R - sum W p| [N s, N m s]
-  double normal = 0;      ///< |w (p - projection)| of contacts, along n [m/s]
-  double tangential = 0;  ///< and along t, o; of joint frictions [m/s, rad/s]
-  double joints = 0;      ///< |u| of equalities [m/s, rad/s]
-  double speed = 0;       ///< largest speed that enters [m/s]
+  double normal = 0;      ///< |w (p - projection)| of contacts, along n, times what a unit is worth [m/s]
+  double tangential = 0;  ///< and along t, o; of joint frictions [m/s]
+  double joints = 0;      ///< |u| of equalities [m/s]
+  double speed = 0;       ///< that they are measured by: the largest that StepSpeeds knows [m/s]
   double largest() const;
 };
 
 struct NewtonOutcome {
-  bool converged = false;  ///< residuals.largest() <= tolerance * speed + rounding, in every island
+  bool converged = false;  ///< every body and reaction misses no more than its island's pass mark
   StepResiduals residuals;
   int iterations = 0;
   std::string_view solver = "none";  ///< newton, friction-chain, ipopt; none if nothing was to be done
@@ -34,14 +35,22 @@ struct NewtonOutcome {
 /// energy, apart for each island (bodies tied by reactions or couplings); an island that stalls goes on from its best guess with
 /// another rho. Residuals are those of rho = 1.
 ///
+/// A miss of a body or a reaction passes, as a speed, if it is at most
+///   tolerance s + rounding of psi/h + min(1e-9 (largest speed that enters), 1e-6 s),   s the speed of its island (StepSpeeds):
+/// the answer's own velocities and impulses are worth 1e-6 of that at most.
+///
 /// If it stalls: Josephy and Newton's method, the linearised problem with its exact cones solved by solve_friction's chain;
 /// then the same by Ipopt.
 class NonsmoothNewton {
  public:
   struct Options {
-    double tolerance = 1e-10;  ///< relative to the speeds of the step
-    double rounding = 0;       ///< of u, absolute [m/s]: what psi/h cannot go below
-    int most = 40;             ///< iterations of Newton
+    const StepSpeeds& speeds;
+    double tolerance = 1e-10;      ///< relative to the speeds of the step
+    int most = 40;                 ///< iterations of Newton
+    const State* start = nullptr;  ///< of the step, if its positions move with nu
+    double h = 0;                  ///< of the step [s]
+    bool stiff =
+        false;  ///< loads depend on the state: its velocities are a first guess too, where what loads give is no use
   };
 
   /// Solves for nu and the reactions' p, from their values on entry; leaves u and W at the answer. Residuals and merits are
@@ -50,13 +59,18 @@ class NonsmoothNewton {
              Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
 
  private:
+  static constexpr double steps_rho[] = {1, 0.1, 10};
+  static constexpr int maps = 3;
   static constexpr std::size_t memory = 8;  // merits that the search may fall back on
   struct Island {
     StepResiduals residuals;
     double merit = 0;  // [J]
     std::array<double, memory> merits{};
-    double t = 1;  // of the search
-    bool good = false;
+    double t = 1;            // of the search
+    bool good = false;       // all in it pass
+    double speed = 0;        // that it is measured by [m/s]
+    double size = 0;         // largest speed that enters, the answer's among them [m/s]
+    double rounding = 0;     // largest of its reactions' [m/s]
     double floor = 0;        // of residuals, by rounding [m/s]
     int map = 0;             // in use: which of the steps rho
     double best = infinity;  // residual met, and how many iterations have not halved it
@@ -64,7 +78,19 @@ class NonsmoothNewton {
     bool at_rounding() const { return good && residuals.largest() <= floor; }
   };
 
-  void find_islands(const Model& model, const std::vector<Reaction>& reactions);
+  /// A miss that passes if rounding of what is added up is that large.
+  struct Doubt {
+    double miss = 0, rounding = 0;  // [m/s]
+    int body = -1, reaction = -1;
+  };
+
+  bool begin(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+             std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  void find_islands(const Model& model, const Options& options, const std::vector<Reaction>& reactions);
+  bool sum_up(NewtonOutcome& outcome);
+  void judge_miss(Island& island, const Options& options, const Doubt& miss);
+  void add_sizes_of_loads(const Model& model, const Options& options, Vector& sizes) const;
+  void settle_doubts(const Model& model, const Options& options, const std::vector<Reaction>& reactions);
   bool evaluate(const Model& model, StepProblem& problem, const Options& options, const Vector& nu,
                 std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool judge(const Model& model, const Options& options, const Vector& nu,
@@ -80,6 +106,7 @@ class NonsmoothNewton {
   bool josephy_newton(const Model& model, StepProblem& problem, const Options& options, bool ipopt,
                       Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   int root(int body);
+  double size_of(const Body& b, std::size_t body, const Vector& nu) const;
 
   const Instant* instant_ = nullptr;  // of the solve in hand
   Vector R_, nu_, nu_best_;           // R_ of (1) with sum W p taken off
@@ -88,8 +115,11 @@ class NonsmoothNewton {
   std::vector<LinearizedReaction> rows_;
   LinearizedStep linearized_;
   std::vector<Island> islands_;
+  std::vector<Doubt> doubts_;
+  Vector terms_;
   std::vector<char> improved_;        // islands that a pass is about
   std::vector<int> parent_, island_;  // of bodies
+  std::vector<double> radius_;        // of gyration: what a body's angular velocity is worth [m]
 };
 
 /// A joint row's W as one column of three.

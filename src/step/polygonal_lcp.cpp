@@ -92,13 +92,13 @@ void PolygonalLcp::read_impulses(const Vector& z, Vector& r) const {
   }
 }
 
-double PolygonalLcp::friction_residual(const Vector& z, const Vector& u) const {
+double PolygonalLcp::friction_residual(const Vector& z, const Vector& u, const Vector& length) const {
   const int n = static_cast<int>(columns_.size());
   double worst = 0;
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const Group& group = groups_[g];
     const double sigma = group.scale * z[n + static_cast<int>(g)];
-    double room = group.bound;
+    double room = group.bound, miss = 0, unit = 1;
     if (group.normal >= 0) room = group.mu * columns_[at(group.normal)].scale * z[group.normal];
     for (std::size_t j = 0; j < columns_.size(); ++j) {
       const Column& c = columns_[j];
@@ -106,10 +106,11 @@ double PolygonalLcp::friction_residual(const Vector& z, const Vector& u) const {
       const double beta = c.scale * z[static_cast<int>(j)];
       double speed = sigma + c.c0 * u[c.row];
       if (c.rows == 2) speed += c.c1 * u[c.row + 1];
-      worst = std::max(worst, std::abs(std::min(speed, group.diagonal * beta)));
+      miss = std::max(miss, std::abs(std::min(speed, group.diagonal * beta)));
+      unit = length[c.row];
       room -= beta;
     }
-    worst = std::max(worst, std::abs(std::min(sigma, group.diagonal * room)));
+    worst = std::max(worst, unit * std::max(miss, std::abs(std::min(sigma, group.diagonal * room))));
   }
   return worst;
 }

@@ -39,7 +39,10 @@ struct Reaction {
   static constexpr double no_point = 1e300;  ///< u_n where a contact point is not there: it stays open
   Vector3 u = Vector3::Zero();               ///< [m/s]
   Vector3 p = Vector3::Zero();               ///< [N s]
-  double w = 1;  ///< velocity that a unit impulse gives, tr(Wᵀ M^-1 W)/rows; scales p to u [1/kg]
+  double w = 1;         ///< velocity that a unit impulse gives, tr(Wᵀ M^-1 W)/rows; scales p to u [1/kg]
+  double length = 1;    ///< that a unit of u is worth, of angles [m]
+  double speed = 0;     ///< that it brings into its island, of the step's data alone (StepSpeeds) [m/s]
+  double rounding = 0;  ///< of u: what psi/h cannot go below
 };
 
 /// dR/dnu by pairs of bodies; those at the same place add up.

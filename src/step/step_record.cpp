@@ -4,67 +4,31 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "step/closeness.hpp"
 
 namespace perp {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-constexpr double contact_rounding = 1e-7;  // of a step's speeds
-
 }  // namespace
 
 bool touches(const ContactInstant& c, double h, double speed) {
-  return c.psi_n <= contact_rounding * h * speed;
+  return closeness::touches(c.psi_n, h, speed);
 }
 
 bool separates(const ContactInstant& c, const State& x, const Vector& gained, double speed) {
   const double by_loads = 2 * std::abs(c.W.velocity(gained).x());
-  return c.velocity(x.nu).x() > by_loads + contact_rounding * speed;
+  return closeness::approaches(by_loads - c.velocity(x.nu).x(), speed);
 }
 
 bool approaches(const ContactInstant& c, const State& x, const Vector& gained, double speed) {
   const double by_loads = 2 * std::abs(c.W.velocity(gained).x());
-  return c.velocity(x.nu).x() < -(by_loads + contact_rounding * speed);
+  return closeness::approaches(c.velocity(x.nu).x() + by_loads, speed);
 }
 
 bool strikes(const ContactInstant& c, const State& x, const Vector& gained, double h, double speed) {
   return !touches(c, h, speed) && approaches(c, x, gained, speed);
-}
-
-namespace {
-
-/// "'left' by 0.1 m or rad, ...", the worst first, of rows that are open by more than `tolerance`.
-template <class Open>
-std::string named(const Model& model, const std::vector<JointRowInstant>& rows, Open open, double tolerance) {
-  std::vector<std::pair<double, int>> worst;  // of each joint
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double by = open(rows[i], static_cast<int>(i));
-    if (!(by > tolerance)) continue;
-    if (worst.empty() || worst.back().second != rows[i].joint) worst.emplace_back(0, rows[i].joint);
-    worst.back().first = std::max(worst.back().first, by);
-  }
-  std::stable_sort(worst.begin(), worst.end(),
-                   [](const auto& x, const auto& y) { return x.first > y.first; });
-  std::string names;
-  for (const auto& [by, joint] : worst)
-    names += (names.empty() ? "'" : ", '") + model.joint({joint}).name + "' by " + shortest(by) + " m or rad";
-  return names;
-}
-
-}  // namespace
-
-std::string disagreeing_joints(const Model& model, const Instant& start, const Vector& nu,
-                               const Vector& joint_bias, double h, double tolerance) {
-  const auto open = [&](const JointRowInstant& row, int i) {
-    return h * std::abs(row.W.velocity(nu)[0] + joint_bias[i]);
-  };
-  return named(model, start.joint_rows, open, h * tolerance);
-}
-
-std::string open_joints(const Model& model, const Instant& now, double tolerance) {
-  return named(
-      model, now.joint_rows, [](const JointRowInstant& row, int) { return std::abs(row.psi_b); }, tolerance);
 }
 
 namespace {

@@ -76,14 +76,6 @@ bool approaches(const ContactInstant& c, const State& x, const Vector& gained, d
 /// contact. To hold it at u_n+ >= 0 beside restitution there would add energy, p_n u_n-/2.
 bool separates(const ContactInstant& c, const State& x, const Vector& gained, double speed);
 
-/// The joints whose equations (28) nu leaves open by more than `tolerance` [m/s, rad/s], the worst first: "'left' by 0.1 m, ...",
-/// by how much over the step h; empty if there are none.
-std::string disagreeing_joints(const Model& model, const Instant& start, const Vector& nu,
-                               const Vector& joint_bias, double h, double tolerance);
-
-/// The same of the positions: joints with |psi_b| above `tolerance` [m, rad].
-std::string open_joints(const Model& model, const Instant& now, double tolerance);
-
 /// Solver, gaps and joints at the end, contact rows for `active`, joint rows.
 void record(const Model& model, const Instant& start, const Answer& answer, std::span<const int> active,
             const Instant& end, StepReport& report);

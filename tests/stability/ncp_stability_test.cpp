@@ -252,14 +252,15 @@ TEST_CASE("a sphere on a turntable rolls in its circle, and a plate throws and c
 }
 
 TEST_CASE("blocks pushed out by .999 of the harmonic overhang stand, by 1.001 fall", "[stability]") {
-  const auto method = "ncp2";  // ncp stops on the way: doc/shapes.md, known failures
   const auto top = [](const Scene& s, const State& x) {
     return s.model.position(x, s.model.find_body("block-10")).z();
   };
+  for (const auto method : {"ncp", "ncp2"})
+    stands(scene("overhang", {{"scale", 0.999}}), method, 5, 0.02, 1e-9);
   const Scene falls = scene("overhang", {{"scale", 1.001}});
-  stands(scene("overhang", {{"scale", 0.999}}), method, 5, 0.02, 1e-9);
-  const Course c = course(falls, method, 2, 0.02);
-  CAPTURE(method, c.steps);
+  const Course c =
+      course(falls, "ncp", 2, 0.02);  // ncp2 stops on its way down: doc/shapes.md, known failures
+  CAPTURE(c.steps);
   CHECK(top(falls, falls.start) - top(falls, c.end) > 0.02);
 }
 

@@ -35,8 +35,9 @@ class PolygonalLcp {
   /// Impulses r along the rows of ReducedSystem, in N s, from a solution z of lcp().
   void read_impulses(const Vector& z, Vector& r) const;
 
-  /// Largest violation [m/s] of the friction rows (36)-(38) at z and the velocities u (rows of ReducedSystem) of nu+.
-  double friction_residual(const Vector& z, const Vector& u) const;
+  /// Largest violation [m/s] of the friction rows (36)-(38) at z and the velocities u (rows of ReducedSystem) of nu+, each unit
+  /// of which is worth `length` metres.
+  double friction_residual(const Vector& z, const Vector& u, const Vector& length) const;
 
   /// Whether contact i of the island slips at z: its sliding speed sigma is above rounding.
   bool slips(int i, const Vector& z, double speed_scale) const;
