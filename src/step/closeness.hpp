@@ -32,8 +32,9 @@ inline constexpr double inside_cone = 1e-3;
 inline constexpr double terms = 4;
 
 /// What a step's algebra may leave of its equations, of the largest w |p| and velocity in them, where they nearly repeat [-]. Newton's
-/// method ends at 1e-13 to 5e-10 of them in piles, arches and overhangs. Ten times less: these stop on the way.
-inline constexpr double of_terms = 1e-9;
+/// method ends at 1e-13 to 2e-10 of them in piles, arches and overhangs. Ten times less: these stop on the way; ten times more: a box held by
+/// friction for 100 s creeps.
+inline constexpr double of_terms = 2e-10;
 
 /// But it excuses no more than this share of the speeds of a step [-]: where rounding is more, the step is not solved. Ten times more:
 /// light bodies between heavy ones move wrongly; ten times less: mass ratios of 1e8 and more are refused.

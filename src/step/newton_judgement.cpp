@@ -32,13 +32,6 @@ void alart_curnier(const Reaction& r, double rounding, LinearizedReaction& row) 
   row.F = r.p - projected;
 }
 
-/// How far a body's positions are from zero [m]; of one that turns there, its radius of gyration.
-double reach_of(const Body& b, const State& x) {
-  const int linear = b.kind == BodyKind::Generalized ? b.nq : b.kind == BodyKind::Planar ? 2 : 3;
-  const double radius = b.mass > 0 ? std::sqrt(b.J.trace() / b.mass) : 0;
-  return std::max(x.q.segment(b.q0, linear).lpNorm<Eigen::Infinity>(), radius);
-}
-
 }  // namespace
 
 double StepResiduals::largest() const { return std::max({momentum, normal, tangential, joints}); }

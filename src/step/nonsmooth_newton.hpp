@@ -36,7 +36,7 @@ struct NewtonOutcome {
 /// another rho. Residuals are those of rho = 1.
 ///
 /// A miss of a body or a reaction passes, as a speed, if it is at most
-///   tolerance s + rounding of psi/h + min(1e-9 (largest speed that enters), 1e-6 s),   s the speed of its island (StepSpeeds):
+///   tolerance s + rounding of psi/h + min(2e-10 (largest speed that enters), 1e-6 s),   s the speed of its island (StepSpeeds):
 /// the answer's own velocities and impulses are worth 1e-6 of that at most.
 ///
 /// If it stalls: Josephy and Newton's method, the linearised problem with its exact cones solved by solve_friction's chain;

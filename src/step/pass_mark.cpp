@@ -41,6 +41,12 @@ double speed_of(const Body& b, const Vector& f, const Vector& y) {
   return std::sqrt(std::abs(f.segment(b.v0, b.nv).dot(part)) / b.mass);
 }
 
+double reach_of(const Body& b, const State& x) {
+  const int linear = b.kind == BodyKind::Generalized ? b.nq : b.kind == BodyKind::Planar ? 2 : 3;
+  const double radius = b.mass > 0 ? std::sqrt(b.J.trace() / b.mass) : 0;
+  return std::max(x.q.segment(b.q0, linear).lpNorm<Eigen::Infinity>(), radius);
+}
+
 void StepSpeeds::begin(const Model& model, const Instant& s, const State& x, const Vector& gained, double h,
                        double t_end, double max_correction_speed, const std::vector<int>* near) {
   model_ = &model;
@@ -56,6 +62,8 @@ void StepSpeeds::begin(const Model& model, const Instant& s, const State& x, con
       if (const Body& b = model.bodies()[i]; b.nv > 0)
         body_[i] = std::max(body_[i], speed_of(b, scratch_, nu));
   };
+  for (std::size_t i = 0; i < body_.size(); ++i)  // less moves nothing by its last digit
+    if (const Body& b = model.bodies()[i]; b.nv > 0) body_[i] = closeness::eps * reach_of(b, x) / h;
   add(x.nu);
   add(gained);
   varies_ = varies_with_time(model);

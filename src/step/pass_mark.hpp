@@ -7,7 +7,7 @@
 namespace perp {
 
 /// Speeds of a step from x over [t, t + h], as velocities [m/s]; of a generalized body those of its own coordinates:
-///   of bodies        √(nuᵀ M nu/m) at the start, and of what loads give, nu := h M^-1 k, at t and, q and nu as they are, at t + h
+///   of bodies        eps |position|/h, √(nuᵀ M nu/m) at the start, and of what loads give, nu := h M^-1 k, at t and, q and nu as they are, at t + h
 ///   of reactions     |u| at the start and what loads give of it, explicit velocities (prescribed bodies, surfaces, driven joints) at t and
 ///                    t + h, and those that bring an overlap or an open joint of the start to zero within h
 /// A step's island (bodies tied by its reactions) is measured by the largest of its bodies and reactions: nothing in it is of the
@@ -46,6 +46,9 @@ class StepSpeeds {
 
 /// Metres that a unit of u is worth: 1, or for angles the radius at which the lighter body's mass would have the row's inertia.
 double metres_per_unit(const Model& model, const Instant& s, const Reaction& r);
+
+/// How far a body's positions are from zero [m]; of one that turns there, its radius of gyration.
+double reach_of(const Body& b, const State& x);
 
 /// √(yᵀ M y/m) of a body [m/s], largest entry of a generalized one; y = M^-1 f.
 double speed_of(const Body& b, const Vector& f, const Vector& y);
