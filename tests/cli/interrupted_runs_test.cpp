@@ -87,7 +87,12 @@ TEST_CASE("a run that is stopped or killed goes on with --resume to the bytes of
   const auto begin = std::chrono::steady_clock::now();
   REQUIRE(run_perp(scratch, run_of(c) + (scratch / "alone")).status == 0);
   const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - begin;
-  CHECK(to_the_end_by_pieces(scratch, c, signal, 0.3 * whole.count()) > 1);
+  int pieces = 0;
+  for (double part = 0.3; pieces <= 1 && part > 0.03; part /= 2) {  // the machine may have become faster
+    std::filesystem::remove_all(scratch / "cut");
+    pieces = to_the_end_by_pieces(scratch, c, signal, part * whole.count());
+  }
+  CHECK(pieces > 1);
   check_same_bytes(scratch, "alone", "cut");
   CHECK(record(scratch / "cut")["exit_status"] == 0);
   CHECK_FALSE(std::filesystem::exists(scratch / "cut/run.restart"));
