@@ -20,9 +20,25 @@ Law law_of(const ContactInstant& c) {
   return c.tangents == 0 ? Law::HalfLine : c.tangents == 1 ? Law::Planar : Law::Cone;
 }
 
-bool loads_vary(const Model& model, const Instant& s) {
+namespace {
+
+bool loads_follow_state(const Model& model) {
   return !model.springs().empty() || !model.forces().empty() || !model.joint_springs().empty() ||
-         !model.motors().empty() || !s.masses.empty();
+         !model.motors().empty();
+}
+
+}  // namespace
+
+bool loads_vary(const Model& model, const Instant& s) {
+  return loads_follow_state(model) || !s.masses.empty();
+}
+
+NonsmoothNewton::Options moving_from(const Model& model, const State& x, double h,
+                                     NonsmoothNewton::Options options) {
+  options.start = &x;
+  options.h = h;
+  options.stiff = loads_follow_state(model);
+  return options;
 }
 
 void LastImpulses::prepare(const Model& model, const Instant& s, const State& x) {

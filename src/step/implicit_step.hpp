@@ -125,6 +125,10 @@ class VelocityLevel final : public StepProblem {
 /// Whether loads but gyroscopic terms depend on velocities, or on the configuration.
 [[nodiscard]] bool loads_vary(const Model& model, const Instant& s);
 
+/// Newton's options for equations whose positions move with nu, from x over h.
+NonsmoothNewton::Options moving_from(const Model& model, const State& x, double h,
+                                     NonsmoothNewton::Options options);
+
 /// Whether a contact slips at `speed`s of the step: u along t, o is more than rounding.
 bool slips(const Reaction& r, double speed);
 

@@ -208,11 +208,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
 
   EndOfStep problem(model, s, w.start.near(), x, request, options_.directions, w.end, w.geometry);
   const NonsmoothNewton::Options how{.speeds = w.speeds, .tolerance = options_.tolerance};
-  NonsmoothNewton::Options at_first = how;
-  at_first.start = &x;
-  at_first.h = h;
-  at_first.stiff = !model.springs().empty() || !model.joint_springs().empty() || !model.motors().empty() ||
-                   !model.forces().empty();
+  const NonsmoothNewton::Options at_first = moving_from(model, x, h, how);
   do {
     w.newton.solve(model, s, problem, at_first, w.nu, w.step.all, w.outcome);
     report.iterations += w.outcome.iterations;
