@@ -6,8 +6,17 @@
 
 #include "perp/core/errors.hpp"
 #include "perp/step/simulate.hpp"
+#include "step/joint_projection.hpp"
 
 namespace perp {
+namespace {
+
+/// Of the system's length: what a run may start with, and what is looked into where a row ends with more [-]. The projection closes joints to
+/// 1e-14; the drift of an integrator that has none is the tolerance.
+constexpr double start_misfit = 1e-8;
+
+}  // namespace
+
 State EventContinuation::go_on(const State& from, std::size_t row, double t) const {
   auto stretch = std::upper_bound(stretches.begin(), stretches.end(), row,
                                   [](std::size_t i, const Stretch& s) { return i < s.row; });
@@ -80,7 +89,7 @@ bool EventRun::begin() {
   perp::evaluate(model_, now_.x, instant_);
   if (!instant_.fault.empty()) return fail(StepStatus::NotFinite, instant_.fault);
   scales_ = scales_of(model_, now_.x, instant_);
-  const double allowed = 1e-8 * scales_.length;
+  const double allowed = start_misfit * scales_.length;
   if (instant_.gap_min() < -allowed || instant_.joint_error() > allowed)
     return fail(StepStatus::NotSolved, "the run starts with an overlap of " +
                                            shortest(std::max(0.0, -instant_.gap_min())) +
@@ -141,6 +150,16 @@ double EventRun::time_of_quarter_turn() const {
   return time;
 }
 
+/// Why joints are open at the state sampled last, if they contradict each other there: the projection then holds them where they disagree
+/// least. Empty if they are closed to what the integrator was asked for, or to what the run may start with, or could be closed.
+std::string EventRun::joints_torn(const State& x) const {
+  if (!(dynamics_.instant().joint_error() > std::max(start_misfit, options_.rtol) * scales_.length))
+    return "";
+  State nearest = x;
+  const std::string names = contradicting_joints(model_, nearest);
+  return names.empty() ? "" : "joints that contradict each other stay open: " + names;
+}
+
 /// One step of the integrator, up to the first event in it.
 bool EventRun::advance(double t_stop) {
   if (now_.x.t >= look_until_) look_until_ = infinity;
@@ -179,6 +198,7 @@ bool EventRun::advance(double t_stop) {
   EventSample to = sample(end);
   if (to.nu_dot.size() == 0 && model_.nv() > 0) return carry_across(t_stop, "forces are not finite");
   if (const std::string fault = switch_fault(to); !fault.empty()) return fail(StepStatus::NotFinite, fault);
+  if (const std::string torn = joints_torn(to.x); !torn.empty()) return fail(StepStatus::NotSolved, torn);
   EventSample middle = sample(half_way(now_, to));
   EventSample high;
   if (switch_passed(middle, to, high) || bracket(middle, to, high)) {

@@ -101,6 +101,7 @@ class EventRun {
   double seen_until(const EventSample& a, const EventSample& b);
   bool switch_passed(EventSample& middle, EventSample& end, EventSample& high);
   std::string switch_fault(const EventSample& s) const;
+  std::string joints_torn(const State& x) const;
   bool only_marks(const std::vector<Root>& triggers) const;
   void mark(EventSample&& found, const std::vector<Root>& triggers);
   void pass_switches(const std::vector<Root>& triggers);
