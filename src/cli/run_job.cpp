@@ -166,13 +166,13 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
   const State start = start_of(scene, recipe, manner);
   if (!resume) judge_start(scene, recipe, start);
 
+  const Signals signals;  // before there is a folder that they could leave half begun
   RunFolder files(folder);
   std::optional<RunRestart> restart;
   if (resume) restart = RunFolder::restart_in(folder, record, scene.model);
   if (restart && restart->positions.empty()) restart.reset();
   files.begin(record, scene.model, start, *first, restart, !scene.events.empty());
 
-  const Signals signals;
   const auto begin = Clock::now();
   std::string stopped;
   SimulateOptions options{.t_end = recipe.until, .h = recipe.step};
