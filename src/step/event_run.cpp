@@ -100,19 +100,24 @@ bool EventRun::begin() {
     if (!moved.reached)
       return fail(StepStatus::NotSolved, "no state near the first one satisfies its constraints");
   }
-  if (joint_rate() > scales_.small_speed() && !jump(false))
-    return fail(StepStatus::NotSolved,
-                "a joint is jerked at the start, and no velocities were found that joints, motions and "
-                "contacts allow");
-  modes_.joints.assign(model_.joints().size(), 0);
-  modes_.joints.resize(instant_.joint_frictions.size());
+  modes_.joints.assign(instant_.joint_frictions.size(), 0);
   const std::size_t events = out_.events.size();
-  if (!settle({})) return false;
-  if (jump_rows_.empty()) out_.events.resize(events);  // modes at the start are no events
-  if (jump_rows_.empty())
-    continuation_->stretches.push_back({0, modes_, scales_.small_speed()});
-  else
+  disturbed_ = true;  // velocities are the user's
+  if (!settle({})) {
+    if (report.status == StepStatus::NotSolved && joint_rate() > scales_.small_speed())
+      report.message =
+          "a joint is jerked at the start, and no velocities were found that joints, motions and contacts "
+          "allow";
+    return false;
+  }
+  out_.events.resize(events);  // modes at the start are no events
+  for (const Jumped& j : jumped_)
+    log(j.kind, (*model_.point_names())[static_cast<std::size_t>(j.point)], j.before,
+        mode_in(modes_, model_, j.point));
+  if (jumped())
     add_jump_row();
+  else
+    continuation_->stretches.push_back({0, modes_, scales_.small_speed()});
   return true;
 }
 

@@ -94,6 +94,7 @@ class EventRun {
   bool handle_event(const State& x, const std::vector<Root>& triggers);
   bool settle(const std::vector<Root>& triggers);
   bool jump(bool jam);
+  bool jumped() const { return !jump_rows_.empty() || jump_reactions_.size() > 0; }
   void watch_loads(double t_end);
   double just_before_jump() const;
   bool jump_of_loads(const EventSample& before);

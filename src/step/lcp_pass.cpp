@@ -40,6 +40,42 @@ const Instant* LcpStepper::Workspace::add_appeared(const Instant& s, double h) {
   return &widened;
 }
 
+bool LcpStepper::Workspace::takes_part(const Instant& s, const Island& island) const {
+  if (struck.empty()) return true;
+  if (!island.contacts.empty()) return reaches(s.contacts[at(island.contacts.front())].W);
+  if (!island.joint_rows.empty()) return reaches(s.joint_rows[at(island.joint_rows.front())].W);
+  return reaches(s.joint_frictions[at(island.joint_frictions.front())].W);
+}
+
+/// The bodies of an island become struck.
+void LcpStepper::Workspace::strike(const Instant& s, const Island& island) {
+  const auto bodies_of = [&](const auto& W) {
+    if (W.na > 0) struck[at(W.a)] = 1;
+    if (W.nb > 0) struck[at(W.b)] = 1;
+  };
+  for (const int i : island.contacts) bodies_of(s.contacts[at(i)].W);
+  for (const int i : island.joint_rows) bodies_of(s.joint_rows[at(i)].W);
+  for (const int i : island.joint_frictions) bodies_of(s.joint_frictions[at(i)].W);
+}
+
+/// The first problem's answer into `rebound`, without impulses on struck bodies.
+void LcpStepper::Workspace::keep_unstruck(const Model& model, const Instant& s) {
+  rebound.impulse = answer.impulse;
+  rebound.speed_scale = answer.speed_scale;
+  for (std::size_t i = 0; i < struck.size(); ++i)
+    if (const Body& b = model.bodies()[i]; struck[i] != 0) rebound.impulse.segment(b.v0, b.nv).setZero();
+  for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+    if (reaches(s.contacts[i].W)) continue;
+    rebound.p.col(static_cast<int>(i)) = answer.p.col(static_cast<int>(i));
+    rebound.slips[i] = answer.slips[i];
+    rebound.w[static_cast<int>(i)] = answer.w[static_cast<int>(i)];
+  }
+  for (int i = 0; i < static_cast<int>(s.joint_rows.size()); ++i)
+    if (!reaches(s.joint_rows[at(i)].W)) rebound.reactions[i] = answer.reactions[i];
+  for (int i = 0; i < static_cast<int>(s.joint_frictions.size()); ++i)
+    if (!reaches(s.joint_frictions[at(i)].W)) rebound.joint_friction[i] = answer.joint_friction[i];
+}
+
 /// Whether the residuals of the islands solved last are within their pass marks; report.message says which are not.
 bool LcpStepper::Workspace::islands_pass(const LcpStepperOptions& options, const Answer& found,
                                          StepReport& report) {
@@ -55,6 +91,7 @@ bool LcpStepper::Workspace::islands_pass(const LcpStepperOptions& options, const
   constexpr double differences = 4;  // of velocities, that those at contacts are
   const auto tied = islands.get();
   for (std::size_t i = 0; i < tied.size(); ++i) {
+    if (!takes_part(*solved_from, tied[i])) continue;
     IslandProblem& problem = problems[i];
     const StepSpeeds::Mark mark = speeds.of(*solved_from, tied[i], &problem.lengths);
     fastest = std::max(fastest, mark.speed);

@@ -84,12 +84,15 @@ bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& 
     return solve_mixed(model, s, w.polygon, w.active, w.nu_free, w.gap_term, w.joint_bias, request.h, answer,
                        report.message);
 
+  const bool rebound = &answer == &w.rebound;
+  if (rebound) w.keep_unstruck(model, s);
   for (std::size_t i = 0; i < islands.size(); ++i) {
+    if (!w.takes_part(s, islands[i])) continue;
     IslandProblem& problem = w.problems[i];
     w.assemble(model, s, i, request.h, true);
     const Lcp& lcp = problem.polygonal.lcp();
     LcpSolution& solution = problem.solution;
-    KeptBasis& last = problem.last[&answer == &w.rebound ? 1 : 0];
+    KeptBasis& last = problem.last[rebound ? 1 : 0];
     w.points.clear();
     for (const int c : islands[i].contacts) w.points.push_back(s.contacts[at(c)].point);
     const bool large = lcp.b.size() > few_unknowns;
@@ -116,7 +119,8 @@ bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& 
   // nu+ from the Newton-Euler equation (25)
   solve_mass(model, s, answer.impulse, answer.nu);
   answer.nu += w.nu_free;
-  for (std::size_t i = 0; i < islands.size(); ++i) certify(s, islands[i], i, answer);
+  for (std::size_t i = 0; i < islands.size(); ++i)
+    if (w.takes_part(s, islands[i])) certify(s, islands[i], i, answer);
   return true;
 }
 
@@ -169,27 +173,53 @@ bool LcpStepper::add_overlapping(const Instant& s, double h, const Answer& answe
   return w.active.size() > before;
 }
 
-/// Restitution, e = 0 too: replaces the gap terms of closed contacts; false if there was no impact.
-bool LcpStepper::set_rebound(const State& x, const Instant& s, double h) {
+/// Which contacts an impact changes, and into w.struck which bodies: those of the islands, over contacts that closed or touch, in which
+/// one strikes or rebounds. Contacts of struck bodies that did not close have no part in it. False if there is no impact.
+bool LcpStepper::find_impact(const Model& model, const State& x, const Instant& s, double h) {
   Workspace& w = *work_;
-  bool bounces = false;
-  const bool whole = options_.whole_impacts && !options_.anitescu_potra;
-  for (const int i : w.active) {
-    if (!(w.answer.p(0, i) > 0)) continue;
+  const bool whole = whole_impacts();
+  const auto closed = [&](int i) { return closeness::loaded(w.answer.p(0, i)); };
+  const auto meets = [&](int i) {
     const ContactInstant& c = s.contacts[at(i)];
-    w.gap_term[i] = restitution_term(w.law, c.e, c.velocity(x.nu).x());
-    bounces = bounces || w.gap_term[i] < 0 || (whole && strikes(c, x, w.gained, h, w.answer.speed_scale));
+    return closed(i) &&
+           (c.e * c.velocity(x.nu).x() < 0 || (whole && strikes(c, x, w.gained, h, w.answer.speed_scale)));
+  };
+  w.struck.clear();
+  if (std::ranges::none_of(w.active, meets)) return false;
+
+  // what touches takes part, though the position's problem may have opened it
+  w.added.clear();
+  for (int i = 0; i < static_cast<int>(s.contacts.size()); ++i)
+    if (whole ? closed(i) || (touches(s.contacts[at(i)], h, w.answer.speed_scale) &&
+                              !separates(s.contacts[at(i)], x, w.gained, w.answer.speed_scale))
+              : std::ranges::binary_search(w.active, i))
+      w.added.push_back(i);
+  w.islands.find(model, s, w.added);
+  w.struck.assign(model.bodies().size(), 0);
+  for (const Island& island : w.islands.get())
+    if (std::ranges::any_of(island.contacts, meets)) w.strike(s, island);
+
+  // of the bodies that it does not reach, contacts stay as they are
+  std::erase_if(w.added, [&](int i) { return !w.reaches(s.contacts[at(i)].W); });
+  for (const int i : w.active)
+    if (!w.reaches(s.contacts[at(i)].W)) w.added.push_back(i);
+  std::ranges::sort(w.added);
+  std::swap(w.active, w.added);
+  return true;
+}
+
+/// Restitution, e = 0 too, in place of the gap terms of an impact's contacts.
+void LcpStepper::set_rebound(const State& x, const Instant& s, Rebound law) {
+  Workspace& w = *work_;
+  for (const int i : w.active) {
+    const ContactInstant& c = s.contacts[at(i)];
+    if (!w.reaches(c.W)) continue;
+    if (closeness::loaded(w.answer.p(0, i))) {
+      w.gap_term[i] = restitution_term(law, c.e, c.velocity(x.nu).x());
+    } else if (whole_impacts()) {
+      w.gap_term[i] = 0;
+    }
   }
-  // what touches takes part in an impact, though the position's problem may have opened it
-  for (int i = 0; whole && bounces && i < static_cast<int>(s.contacts.size()); ++i) {
-    if (!touches(s.contacts[at(i)], h, w.answer.speed_scale)) continue;
-    if (separates(s.contacts[at(i)], x, w.gained, w.answer.speed_scale)) continue;
-    const auto place = std::lower_bound(w.active.begin(), w.active.end(), i);
-    if (place != w.active.end() && *place == i) continue;
-    w.active.insert(place, i);
-    w.gap_term[i] = 0;
-  }
-  return bounces;
 }
 
 /// The step's answer and where it leads, from the start with the contacts that came into being. Joints on their positions: (28) with what psi_b(q ⊕ h nu+, t+) was left over added to its
@@ -315,6 +345,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   };
   if (!start.fault.empty()) return fail(StepStatus::NotFinite, start.fault);
 
+  w.struck.clear();
   begin(model, x, request, start);
   if (!solve_positions(model, x, start, request, report)) return;
   const Instant& s = *w.solved_from;
@@ -332,24 +363,18 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   step.second.clear();
   step.struck.clear();
   Answer* final = &w.answer;
-  w.law = Rebound::Newton;
-  if (set_rebound(x, s, request.h)) {
+  if (find_impact(model, x, s, request.h)) {
     final = &w.rebound;
     // what closes joints on their curved positions adds some energy of its own
     const bool free_bodies = s.joint_rows.empty();
-    if (free_bodies) w.energy.set(model, s, x.nu, w.nu_free, [](std::size_t) { return true; });
+    if (free_bodies) w.energy.set(model, s, x.nu, w.nu_free, [&](std::size_t i) { return w.struck[i] != 0; });
     for (const Rebound law : rebounds) {
-      w.law = law;
-      (void)set_rebound(x, s, request.h);
+      set_rebound(x, s, law);
       if (!solve(model, s, request, w.rebound, report)) return fail(StepStatus::NotSolved, report.message);
       if (!free_bodies || !w.energy.exceeded(model, s, w.rebound.nu)) break;
     }
     w.rebound.iterations += w.answer.iterations;
-    step.struck.assign(model.bodies().size(), 0);
-    for (std::size_t i = 0; i < step.struck.size(); ++i) {
-      const Body& b = model.bodies()[i];
-      step.struck[i] = w.rebound.nu.segment(b.v0, b.nv) != w.answer.nu.segment(b.v0, b.nv);
-    }
+    step.struck = w.struck;
   }
 
   w.moved.nu = final->nu;

@@ -79,7 +79,17 @@ struct LcpStepper::Workspace {
                    StepReport& report);
   std::vector<Reaction> reactions;
   EnergyBefore energy;
-  Rebound law = Rebound::Newton;
+
+  // An impact: a second problem for the bodies that it reaches, the others keep the first one's answer.
+  std::vector<char> struck;  // of a body; empty: of the first problem, in which all take part
+  template <int N>
+  bool reaches(const WrenchMap<N>& W) const {
+    return (W.na > 0 && struck[static_cast<std::size_t>(W.a)] != 0) ||
+           (W.nb > 0 && struck[static_cast<std::size_t>(W.b)] != 0);
+  }
+  bool takes_part(const Instant& s, const Island& island) const;
+  void strike(const Instant& s, const Island& island);
+  void keep_unstruck(const Model& model, const Instant& s);
 };
 
 }  // namespace perp

@@ -108,4 +108,29 @@ TEST_CASE("A joint that is jerked at the start against what nothing can move say
   }
 }
 
+TEST_CASE("Velocities that a joint jerks at the start have a row of their own, with its impulse", "[event]") {
+  if (!has_sundials()) return;
+  // a pendulum let go with a velocity along its rod, and across it
+  Model model;
+  model.set_gravity(Vector3::Zero());
+  const BodyId bob = model.add_planar_body(2, 0.1, {.pose = {{0, -1, 0}}, .name = "bob"});
+  model.add_joint(revolute(ground, bob, {.point = {0, 0, 0}, .axis = {0, 0, 1}, .name = "hinge"}));
+  State x = model.rest();
+  model.set_velocity(x, bob,
+                     {3, -0.5, 0});  // |r x v| = 3 of a body that does not turn: hinge asks for w = 3 2/2.1
+  EventDriven stepper;
+  const Trajectory run = simulate(model, stepper, x, {.t_end = 0.5});
+  REQUIRE(run.size() > 2);
+  CHECK(run.state(0).nu == x.nu);
+  CHECK(run.state(1).t == 0);
+  const double rate = 3 * 2 / 2.1;
+  CHECK(run.state(1).nu[2] == Approx(rate).epsilon(1e-12));
+  const StepFigures& row = run.figures(0);
+  CHECK(row.residuals.newton_euler < 1e-12);
+  const double before = 0.5 * 2 * (9 + 0.25), after = 0.5 * 2.1 * rate * rate;
+  CHECK(row.energy == Approx(after).epsilon(1e-12));
+  CHECK(row.energy_impact == Approx(after - before).epsilon(1e-12));
+  CHECK(std::abs(row.energy_left) < 1e-12 * before);
+}
+
 }  // namespace perp

@@ -241,3 +241,55 @@ TEST_CASE("several impacts in one step never add energy, and come one after the 
       CHECK(model.velocity(run.back(), balls[i]).x() == Approx(i == 4 ? 5 : 0).margin(1e-9));
   }
 }
+
+TEST_CASE("An impact changes no body that nothing ties to it", "[impact][lcp]") {
+  Model model;
+  const auto ball = [&](const char* name) {
+    const BodyId b = model.add_body(Inertia::solid_sphere(1, 0.1), {.name = name});
+    model.add_contact(ground, b, sphere_on_plane(0.1), {.e = 0.5, .name = name});
+    return b;
+  };
+  const BodyId arriving = ball("arriving"), sunk = ball("sunk");
+  State x = model.rest();
+  model.set_position(x, arriving, {0, 0, 0.11});
+  model.set_velocity(x, arriving, {0, 0, -3});
+  model.set_position(x, sunk, {1, 0, 0.099});  // pushed out over the step, at 1 mm/h
+  const State before = x;
+  const double h = 0.01;
+  LcpStepper lcp;
+  const StepReport report = lcp.step(model, x, h);
+  REQUIRE(report.advanced());
+  CHECK(std::abs(model.velocity(x, arriving).z() - 1.5) < 1e-12);
+  const double rate = (model.position(x, sunk).z() - model.position(before, sunk).z()) / h;
+  CHECK(std::abs(rate - 0.1) < 1e-12);
+  CHECK(std::abs(model.velocity(x, sunk).z() - rate) < 1e-12);
+}
+
+TEST_CASE("A contact that the step left open takes no part in an impact", "[impact][lcp]") {
+  Model model;
+  model.set_gravity(Vector3::Zero());
+  const BodyId rod = model.add_planar_body(1, 1.0 / 12, {.name = "rod"});
+  const auto foot = [&](const char* name, double along, double above, double e) {
+    const Gap gap = [=](const Pose&, const Pose& X, double) {
+      const Vector3 x = X * Vector3(along, above, 0);
+      return ContactPoint{.gap = x.y(), .normal = Vector3::UnitY(), .point = x};
+    };
+    model.add_contact(ground, rod, gap, {.e = e, .name = name});
+  };
+  foot("left", -0.5, 0.0005, 1);
+  foot("middle", 0, 0.001, 0);
+  foot("right", 0.5, 0.005, 0);  // without the others it would close too
+  State x = model.rest();
+  model.set_velocity(x, rod, {0, -1, 0});
+  const Vector q = x.q;
+  LcpStepper lcp;
+  const StepReport report = lcp.step(model, x, 0.01);
+  REQUIRE(report.advanced());
+  x.q = q;  // where the impact is posed
+  Instant s;
+  evaluate(model, x, s);
+  CHECK(report.contact("right").impulse.norm() == 0);
+  CHECK(s.contacts[0].velocity(x.nu).x() == Approx(1).epsilon(1e-12));
+  CHECK(std::abs(s.contacts[1].velocity(x.nu).x()) < 1e-12);
+  CHECK(s.contacts[2].velocity(x.nu).x() == Approx(-1).epsilon(1e-12));
+}

@@ -12,6 +12,7 @@
 namespace perp {
 
 struct Answer;
+enum class Rebound : int;
 
 /// Which linear problem a step solves. Both have the same velocities; they share `evaluate` alone.
 enum class LcpForm {
@@ -84,7 +85,9 @@ class LcpStepper : public Stepper {
   void certify(const Instant& s, const Island& island, std::size_t number, Answer& answer);
   bool add_overlapping(const Instant& s, double h, const Answer& answer);
   void take_least(const Model& model, const Instant& s, double h, Answer& answer);
-  bool set_rebound(const State& x, const Instant& s, double h);
+  bool whole_impacts() const { return options_.whole_impacts && !options_.anitescu_potra; }
+  bool find_impact(const Model& model, const State& x, const Instant& s, double h);
+  void set_rebound(const State& x, const Instant& s, Rebound law);
 
   LcpStepperOptions options_;
   std::unique_ptr<Workspace> work_;
