@@ -12,6 +12,7 @@
 #include "perp/instant/reduced_system.hpp"
 #include "perp/io/scene_file.hpp"
 #include "perp/step/simulate.hpp"
+#include "step/joint_projection.hpp"
 
 namespace perp {
 namespace {
@@ -102,6 +103,23 @@ void report_assembly(const Scene& scene) {
   }
 }
 
+/// Where joints can't hold what motions ask for: followed from the start through the run's time, as assembly follows them, wherever
+/// equations are more than the freedoms that they take.
+void report_motion(const Scene& scene, const Instant& now) {
+  constexpr int looks = 64;
+  const bool redundant = joint_rank(scene.model, now) < static_cast<int>(now.joint_rows.size());
+  if (!redundant) return;
+  State x = scene.start;
+  for (int i = 1; i <= looks; ++i) {
+    x.t = scene.start.t + (scene.t_end - scene.start.t) * i / looks;
+    const std::string names = contradicting_joints(scene.model, x);
+    if (names.empty()) continue;
+    std::printf("joints contradict each other at t = %s s: open at best %s\n", shortest(x.t).c_str(),
+                names.c_str());
+    return;
+  }
+}
+
 }  // namespace
 
 void add_check_command(CLI::App& perp, int& status) {
@@ -129,7 +147,10 @@ void add_check_command(CLI::App& perp, int& status) {
     report_unused(scene);
     const int found = report_start(scene, now);
     std::printf(found == 0 ? "the start is consistent\n" : "the start is not consistent; it can be run\n");
-    if (found > 0) report_assembly(scene);
+    if (found > 0)
+      report_assembly(scene);
+    else
+      report_motion(scene, now);
     status = Done;
   });
 }

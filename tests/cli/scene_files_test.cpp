@@ -43,6 +43,28 @@ TEST_CASE("perp check says what a scene has and that its start is consistent", "
   CHECK_THAT(loop.out, Contains("degrees of freedom 1: 18 velocities, 20 joint equations of rank 17"));
 }
 
+TEST_CASE("perp check names joints that will contradict each other though they fit at the start", "[check]") {
+  const Scratch scratch("check");
+  const std::string file = scratch / "tied.toml";
+  const auto write = [&](const char* tie) {
+    std::ofstream(file)
+        << "[[body]]\nname = 'slider'\nkind = 'spatial'\nmass = 1\n"
+           "inertia = { shape = 'box', size = [0.1, 0.1, 0.1] }\n"
+           "[[joint]]\nname = 'drive'\nkind = 'prismatic'\na = 'ground'\nb = 'slider'\naxis = [1, 0, 0]\n"
+           "[[motor]]\njoint = 'drive'\nmotion = '0.1*sin(t)^2'\n"
+        << tie;
+  };
+  write(
+      "[[joint]]\nname = 'tie'\nkind = 'rod'\na = 'ground'\nb = 'slider'\npoint = [0, 1, 0]\npoint_b = [0, "
+      "0, 0]\n");
+  const Outcome bad = run_perp(scratch, "check " + file);
+  CHECK(bad.status == 0);
+  CHECK_THAT(bad.out, Contains("the start is consistent") && Contains("contradict each other at t = ") &&
+                          Contains("'drive' by ") && Contains("'tie' by "));
+  write("[[joint]]\nname = 'rail'\nkind = 'prismatic'\na = 'ground'\nb = 'slider'\naxis = [1, 0, 0]\n");
+  CHECK_THAT(run_perp(scratch, "check " + file).out, !Contains("contradict"));  // redundant, and in agreement
+}
+
 TEST_CASE("perp check names what does not fit together at the start", "[check]") {
   const Scratch scratch("check-start");
   const Outcome sunk = run_perp(scratch, "check sunk-box");
