@@ -28,6 +28,7 @@ void need_written(std::FILE* out);
 void add_run_command(CLI::App& perp, const std::vector<std::string>& command_line, int& status);
 void add_view_command(CLI::App& perp, int& status);
 void add_study_command(CLI::App& perp, int& status);
+void add_fit_command(CLI::App& perp, int& status);
 void add_scenes_command(CLI::App& perp, int& status);
 void add_check_command(CLI::App& perp, int& status);
 void add_methods_command(CLI::App& perp, int& status);

@@ -28,6 +28,7 @@ int run(int argc, char** argv) {
   add_run_command(app, {argv, argv + argc}, status);
   add_view_command(app, status);
   add_study_command(app, status);
+  add_fit_command(app, status);
   add_scenes_command(app, status);
   add_check_command(app, status);
   add_methods_command(app, status);

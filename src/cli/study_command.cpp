@@ -9,9 +9,11 @@
 
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
+#include "cli/sweep_arguments.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/study_files.hpp"
 #include "perp/io/study_folder.hpp"
+#include "perp/io/sweep.hpp"
 #include "perp/step/methods.hpp"
 
 namespace perp {
@@ -20,6 +22,7 @@ namespace {
 struct StudyArguments {
   StudyRequest request;
   StudyOptions options;
+  SweepArguments sweep;
   std::vector<std::string> set, merge;
   std::vector<double> tolerances;
   std::string folder, shard, velocity = "end";
@@ -104,6 +107,7 @@ int study(const CLI::App& command, StudyArguments& arguments) {
     if (!arguments.request.scenes.empty() || !arguments.request.methods.empty())
       refuse("perp study", "--merge", arguments.merge.front(),
              "needs no scene and no method: the folders say which");
+    if (is_sweep(arguments.merge.front())) return merge_sweep_command(arguments.merge, arguments.folder);
     return report(merge_studies({arguments.merge.begin(), arguments.merge.end()}, arguments.folder),
                   arguments);
   }
@@ -120,6 +124,9 @@ int study(const CLI::App& command, StudyArguments& arguments) {
   if (!arguments.shard.empty()) read_shard(arguments.shard, arguments.options);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) arguments.options.progress = show_on_terminal;
+  if (arguments.sweep.given())
+    return run_sweep_command(command, arguments.sweep, arguments.request, arguments.options,
+                             arguments.folder);
   const StudyOutcome outcome = run_study(arguments.request, arguments.folder, arguments.options);
   if (terminal) std::fprintf(stderr, "\r\033[K");
   return report(outcome, arguments);
@@ -183,6 +190,7 @@ void add_study_command(CLI::App& perp, int& status) {
   command->add_option("--shard", arguments->shard, "make part I of N alone, for --merge")->type_name("I/N");
   command->add_option("--merge", arguments->merge, "folders of the shards to put together")
       ->type_name("DIR...");
+  add_sweep_options(*command, arguments->sweep);
   command->callback([&status, command, arguments] { status = study(*command, *arguments); });
 }
 

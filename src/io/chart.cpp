@@ -1,8 +1,5 @@
 #include "perp/io/chart.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,10 +7,9 @@
 #include <sstream>
 
 #include "core/files.hpp"
+#include "io/gnuplot.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/csv_file.hpp"
-
-extern char** environ;
 
 namespace perp {
 namespace {
@@ -45,17 +41,6 @@ struct Range {
   }
   std::string text() const { return "[" + shortest(low) + ":" + shortest(high) + "]"; }
 };
-
-/// As a gnuplot string in double quotes, its special letters as they are.
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (std::string_view("_^{}@&~").find(c) != std::string_view::npos) result += "\\\\";
-    if (c == '"' || c == '\\') result += '\\';
-    result += c == '\n' ? ' ' : c;
-  }
-  return result + "\"";
-}
 
 void write_data(const Chart& chart, const std::filesystem::path& path) {
   std::vector<std::string> header;
@@ -146,9 +131,9 @@ std::string script(const Chart& chart, const std::string& name) {
       << "set mxtics 10\nset mytics 10\n"
       << "set grid xtics ytics linecolor \"#dddddd\" linetype 1 linewidth 0.7\n"
       << "set key outside right center spacing 1.3 samplen 2.5 Left reverse textcolor \"#333333\"\n"
-      << "set title " << quoted(chart.title) << "\n"
-      << "set xlabel " << quoted(chart.x_label) << "\n"
-      << "set ylabel " << quoted(chart.y_label) << "\n"
+      << "set title " << in_gnuplot_quotes(chart.title) << "\n"
+      << "set xlabel " << in_gnuplot_quotes(chart.x_label) << "\n"
+      << "set ylabel " << in_gnuplot_quotes(chart.y_label) << "\n"
       << "set xrange " << x.text() << "\nset yrange " << y.text() << "\n"
       << shapes.str();
   int label = objects;
@@ -187,31 +172,12 @@ std::string script(const Chart& chart, const std::string& name) {
       out << " with linespoints linewidth " << 2 + 2 * wider << " pointsize " << 0.75 + 0.5 * wider
           << " pointtype " << marks[static_cast<std::size_t>(line.colour) % marks.size()];
     out << " linecolor \"" << palette(line.colour) << "\"";
-    line.label.empty() ? out << " notitle" : out << " title " << quoted(line.label);
+    line.label.empty() ? out << " notitle" : out << " title " << in_gnuplot_quotes(line.label);
     separator = ", \\\n     ";
   }
   if (chart.lines.empty()) out << "plot 1/0 notitle";
   out << "\n";
   return out.str();
-}
-
-/// Runs gnuplot on a script in a folder. Empty, or what went wrong.
-std::string draw(const std::filesystem::path& folder, const std::string& script_name) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
-  std::string program = "gnuplot", argument = script_name;
-  std::array<char*, 3> arguments{program.data(), argument.data(), nullptr};
-  pid_t child = 0;
-  const int failed = posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed) return "gnuplot is not installed";
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) return "gnuplot is not installed";
-  return status == 0 ? "" : "gnuplot failed on " + (folder / script_name).string();
 }
 
 }  // namespace
@@ -232,7 +198,7 @@ std::string write_chart(const Chart& chart, const std::filesystem::path& folder,
   replace_file(script_path, script(chart, name));
   std::error_code none_there;
   std::filesystem::remove(picture, none_there);
-  const std::string failed = draw(folder, name + ".gnuplot");
+  const std::string failed = run_gnuplot(folder, name + ".gnuplot");
   if (!failed.empty()) std::filesystem::remove(picture, none_there);
   return failed;
 }

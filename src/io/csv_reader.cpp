@@ -50,6 +50,8 @@ bool CsvReader::read_row() {
   const auto open_cell = [&]() -> std::string& {
     if (used_ == cells_.size()) cells_.emplace_back();
     cells_[used_].clear();
+    begins_.resize(used_);
+    begins_.push_back(0);
     return cells_[used_++];
   };
   if (!std::getline(file_, text_)) return false;
@@ -79,6 +81,7 @@ bool CsvReader::read_row() {
       quoted = true;
     } else if (c == ',') {
       cell = &open_cell();
+      begins_.back() = static_cast<int>(i) + 1;
     } else if (!(c == '\r' && i + 1 == text_.size())) {
       *cell += c;
     }
@@ -97,8 +100,10 @@ double CsvReader::number(int column) const {
 }
 
 void CsvReader::refuse_cell(int column, std::string_view need) const {
-  refuse_row("column '" + header_[static_cast<std::size_t>(column)] + "' is '" + std::string(text(column)) +
-             "', " + std::string(need));
+  const auto at = static_cast<std::size_t>(column);
+  throw std::invalid_argument(name_ + ":" + std::to_string(line_of_row_) + ":" +
+                              std::to_string(begins_[at] + 1) + ": column '" + header_[at] + "' is '" +
+                              std::string(text(column)) + "', " + std::string(need));
 }
 
 void CsvReader::refuse_row(const std::string& what) const {

@@ -9,60 +9,23 @@
 #include "io/run_columns.hpp"
 #include "io/run_hdf5.hpp"
 #include "io/run_table.hpp"
+#include "model/motion_columns.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
 
 std::vector<RunColumn> trajectory_header(const Model& model) {
   std::vector<RunColumn> header{{"t"}};
-  const auto add = [&](const Body& body, std::initializer_list<const char*> parts) {
-    for (const char* part : parts) header.push_back({body.name + "." + part});
-  };
-  for (const Body& body : model.bodies()) {
-    switch (body.kind) {
-      case BodyKind::Spatial:
-      case BodyKind::Prescribed:
-        add(body, {"x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz"});
-        break;
-      case BodyKind::Planar:
-        add(body, {"x", "y", "angle", "vx", "vy", "omega"});
-        break;
-      case BodyKind::Particle:
-        add(body, {"x", "y", "z", "vx", "vy", "vz"});
-        break;
-      case BodyKind::Generalized:
-        for (int i = 1; i <= body.nq; ++i) header.push_back({body.name + ".q" + std::to_string(i)});
-        for (int i = 1; i <= body.nv; ++i) header.push_back({body.name + ".v" + std::to_string(i)});
-        break;
-      case BodyKind::Ground:
-        break;
-    }
-  }
+  for (std::string& name : motion_columns(model)) header.push_back({std::move(name)});
   return header;
 }
 
 namespace {
 
-/// Coordinates and velocities as the state has them, except a spatial body's angular velocity, there in body axes.
-void add_state(RunTable& file, const Model& model, const State& x) {
+void add_state(RunTable& file, const Model& model, const State& x, std::vector<double>& row) {
   file.cell(x.t);
-  for (int b = 0; b < static_cast<int>(model.bodies().size()); ++b) {
-    const Body& body = model.body({b});
-    if (body.kind == BodyKind::Prescribed) {
-      const Pose X = model.pose(x, {b});
-      const Twist V = model.twist(x, {b});
-      for (const double p : X.p) file.cell(p);
-      file.cell(X.q.w()).cell(X.q.x()).cell(X.q.y()).cell(X.q.z());
-      for (const double v : V.v) file.cell(v);
-      for (const double w : V.w) file.cell(w);
-      continue;
-    }
-    const bool spatial = body.kind == BodyKind::Spatial;
-    for (int i = 0; i < body.nq; ++i) file.cell(x.q[body.q0 + i]);
-    for (int i = 0; i < (spatial ? 3 : body.nv); ++i) file.cell(x.nu[body.v0 + i]);
-    if (!spatial) continue;
-    for (const double w : model.angular_velocity(x, {b})) file.cell(w);
-  }
+  motion_row(model, x, row);
+  for (const double value : row) file.cell(value);
   file.end_row();
 }
 
@@ -172,11 +135,12 @@ struct RunFiles::Tables {
            *events = nullptr;
   bool pending = false;  // the last step is not kept, unless it stays the last
   State last;
+  std::vector<double> row;
   StepReport last_report;
   Clock::time_point flushed = Clock::now();
 
   void keep(const State& x, const StepReport& step) {
-    add_state(*trajectory, model, x);
+    add_state(*trajectory, model, x, row);
     add_contacts(*contacts, model, step, halves);
     add_joints(*joints, step);
     add_figures(*report, step);
@@ -206,7 +170,7 @@ RunFiles::RunFiles(const std::filesystem::path& folder, const Model& model, cons
   tables_->joints = open("joints", columns(joint_columns));
   tables_->report = open("report", columns(report_columns));
   if (options.events) tables_->events = open("events", columns(event_columns));
-  if (options.positions.empty()) add_state(*tables_->trajectory, model, start);
+  if (options.positions.empty()) add_state(*tables_->trajectory, model, start, tables_->row);
   flush();
 }
 

@@ -26,7 +26,7 @@ class CsvReader {
   /// Goes to the next row; false at the end of the file.
   bool next();
   std::string_view text(int column) const { return cells_[static_cast<std::size_t>(column)]; }
-  /// The cell as a number, the whole of it; NaN for an empty cell. Throws std::invalid_argument with file, line and column.
+  /// The cell as a number, the whole of it; NaN for an empty cell. Throws std::invalid_argument "FILE:LINE:COLUMN: ...".
   double number(int column) const;
   int line() const { return line_of_row_; }
 
@@ -39,7 +39,8 @@ class CsvReader {
   std::string name_;
   std::ifstream file_;
   std::vector<std::string> header_, cells_;
-  std::size_t used_ = 0;  // cells of cells_ in this row
+  std::vector<int> begins_;  // of each cell of the row, in its line
+  std::size_t used_ = 0;     // cells of cells_ in this row
   int line_ = 0, line_of_row_ = 0;
   std::string text_;
 };
