@@ -46,6 +46,7 @@
 
 #include "perp/step/cp1.hpp"
 #include "perp/step/event_driven.hpp"
+#include "perp/step/extrapolated.hpp"
 #include "perp/step/impact.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/methods.hpp"

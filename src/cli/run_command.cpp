@@ -32,7 +32,15 @@ void read_method(const CLI::App& command, const RunArguments& arguments, RunReci
     refuse("perp run", "--step", "not given", "method " + recipe.method + " needs a step [s]");
   if (!chooses && given("--tolerance"))
     refuse("perp run", "--tolerance", recipe.options.tolerance,
-           "needs a method that chooses its steps: event");
+           "needs a method that chooses its steps: event or extrapolated");
+  if (given("--order")) {
+    const auto order = static_cast<double>(recipe.options.order);
+    if (recipe.method != "extrapolated")
+      refuse("perp run", "--order", order, "needs the method extrapolated");
+    if (recipe.options.order == 0) refuse("perp run", "--order", order, "needs to be 2, 4, 6, 8 or more");
+    if (!given("--step") || given("--tolerance"))
+      refuse("perp run", "--order", order, "needs --step, and no --tolerance, which chooses the order");
+  }
   if (given("--step") && !(recipe.step > 0))
     refuse("perp run", "--step, h,", recipe.step, "needs to be positive [s]");
   if (given("--edges") && !chosen.polygonal)
@@ -45,7 +53,8 @@ void read_method(const CLI::App& command, const RunArguments& arguments, RunReci
   }
   if (given("--look")) {
     if (!chooses)
-      refuse("perp run", "--look", recipe.options.look, "needs a method that chooses its steps: event");
+      refuse("perp run", "--look", recipe.options.look,
+             "needs a method that chooses its steps: event or extrapolated");
     if (!(recipe.options.look > 0))
       refuse("perp run", "--look", recipe.options.look, "needs to be positive [s]");
   }
@@ -133,16 +142,25 @@ void add_method_options(CLI::App* command, RunArguments& arguments) {
   command->add_option("--method", recipe.method, "a method (perp methods)")->check(some_text());
   command
       ->add_option("--step", recipe.step,
-                   "step h [s]; the run takes round(T/h) equal steps. Of event: rows at its multiples too")
+                   "step h [s]; the run takes round(T/h) equal steps. Of event, and of extrapolated without "
+                   "--order: rows at its multiples too")
       ->check(finite_number());
-  command->add_option("--tolerance", recipe.options.tolerance, "rtol = atol of event; 1e-10 if not given")
+  command
+      ->add_option("--tolerance", recipe.options.tolerance,
+                   "rtol = atol of event and extrapolated; 1e-10 if not given")
       ->check(finite_number())
       ->type_name("R");
+  command
+      ->add_option("--order", recipe.options.order,
+                   "of extrapolated, with --step: 4, 6, 8, any even number from 2 to 16")
+      ->transform(whole_number())
+      ->type_name("K");
   command->add_option("--integrator", arguments.integrator, "of event: arkode, cvode-adams, cvode-bdf or ida")
       ->type_name("I");
   command
       ->add_option("--look", recipe.options.look,
-                   "of event: longest time between two looks at loads that change with time, and at the "
+                   "of event and extrapolated: longest time between two looks at loads that change with "
+                   "time, and at the "
                    "scene's events [s]; T/4096 if not given")
       ->check(finite_number())
       ->type_name("S");

@@ -97,7 +97,11 @@ void need_uses(const CLI::App& command, const StudyRequest& request) {
   if (given("--edges") && !any([](const Method& m) { return m.polygonal; }))
     refuse("perp study", "--edges", std::to_string(request.edges.front()),
            "needs a method with a friction polygon among --methods");
-  if (given("--steps") && !any([](const Method& m) { return m.order > 0; }))
+  const bool ordered = any([](const Method& m) { return m.name == "extrapolated"; }) && given("--order");
+  if (given("--order") && (!ordered || std::count(request.orders.begin(), request.orders.end(), 0) > 0))
+    refuse("perp study", "--order", std::to_string(request.orders.front()),
+           "needs to be 2, 4, 6, 8 or more, and extrapolated among --methods");
+  if (given("--steps") && !ordered && !any([](const Method& m) { return m.order > 0; }))
     refuse("perp study", "--steps", request.steps.front(),
            "needs a method of steps of fixed size among --methods");
 }
@@ -165,6 +169,12 @@ void add_study_command(CLI::App& perp, int& status) {
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->take_all();
+  command
+      ->add_option("--order", request.orders, "of extrapolated, which then takes --steps: 4, 6, 8, or more")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->transform(whole_number())
+      ->type_name("K1,K2,...");
   command->add_option("--edges", request.edges, "edges of the friction polygon")
       ->delimiter(',')
       ->allow_extra_args(false)

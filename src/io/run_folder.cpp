@@ -113,7 +113,7 @@ void RunFolder::begin(const RunRecord& record, const Model& model, const State& 
   record_.end.clear();
   record_.exit_status = -1;
   record_.ended.clear();
-  restarts_ = !chooses_steps(stepper);
+  restarts_ = !takes_whole_runs(stepper);
   RunFilesOptions options{.every = record.recipe.every,
                           .hdf5 = record.recipe.format == "hdf5",
                           .halves = stepper.halves(),

@@ -50,7 +50,10 @@ std::vector<StudyLine> lines_of(const StudyRequest& request) {
   for (const std::string& name : request.methods) {
     const Method& chosen = method(name);
     if (!seen.insert(name).second) refuse("perp study", "--methods", name, "needs to be named once");
-    if (!chosen.polygonal) lines.push_back({.method = &chosen});
+    const bool of_order = name == "extrapolated" && !request.orders.empty();
+    if (!chosen.polygonal && !of_order) lines.push_back({.method = &chosen});
+    for (const int order : request.orders)
+      if (of_order) lines.push_back({.method = &chosen, .options = {.order = order}});
     for (const int edges : request.edges)
       if (chosen.polygonal) lines.push_back({.method = &chosen, .options = {.edges = edges}});
   }
@@ -92,7 +95,7 @@ StudyPlan plan_study(const StudyRequest& request, int shards, const TimingOption
           scene_key + " " + std::string(stepper->name()) + " " + parameter_of(*stepper);
       std::size_t turn = (names.size() - 1) * plan.lines.size() + line;
       const auto shard = [&] { return static_cast<int>(turn++ % static_cast<std::size_t>(shards)); };
-      if (plan.lines[line].method->adaptive) {
+      if (chooses_steps(*stepper)) {
         for (std::size_t level = 0; level < request.tolerances.size(); ++level)
           plan.runs.push_back({.scene = names.size() - 1,
                                .line = line,
@@ -128,6 +131,7 @@ std::string write_request(const StudyRequest& request) {
   for (const std::string& step : request.steps) line("step", step);
   if (!std::isnan(request.until)) line("until", shortest(request.until));
   for (const auto& [key, value] : request.set) line("set", key + "=" + shortest(value));
+  for (const int order : request.orders) line("order", std::to_string(order));
   for (const int edges : request.edges) line("edges", std::to_string(edges));
   for (const double tolerance : request.tolerances) line("tolerance", shortest(tolerance));
   line("envelope", std::to_string(request.envelope));
@@ -158,6 +162,8 @@ StudyRequest read_request(const std::filesystem::path& file) {
     else if (word == "set")
       request.set[value.substr(0, value.find('='))] =
           number<double>("set", value.substr(std::min(value.find('='), value.size() - 1) + 1), need);
+    else if (word == "order")
+      request.orders.push_back(number<int>("order", value, need));
     else if (word == "edges")
       request.edges.push_back(number<int>("edges", value, need));
     else if (word == "tolerance")

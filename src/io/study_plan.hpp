@@ -1,6 +1,7 @@
 // A study's request made definite: which runs there are, in which order, each with a key of its own.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ struct StudyLine {
   /// The same, of a method that chooses its steps at this tolerance.
   std::unique_ptr<Stepper> stepper(double tolerance) const {
     MethodOptions chosen = options;
-    if (method->adaptive) chosen.tolerance = tolerance;
+    if (!std::isnan(tolerance)) chosen.tolerance = tolerance;
     return method->make(chosen);
   }
 };

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
-#include "step/event_run.hpp"
+#include "step/run_as_step.hpp"
 
 namespace perp {
 
@@ -46,56 +46,30 @@ EventDriven::~EventDriven() = default;
 EventDriven::EventDriven(EventDriven&&) noexcept = default;
 EventDriven& EventDriven::operator=(EventDriven&&) noexcept = default;
 
+namespace {
+
+/// The run of `options`, its stretches by SUNDIALS; between rows always by ARKODE, which starts at full order.
+EventRun run_of(const Model& model, const EventDrivenOptions& options, Trajectory& rows) {
+  const auto by = [rtol = options.rtol,
+                   atol = std::isnan(options.atol) ? options.rtol : options.atol](Integrator kind) {
+    return [=](ModeDynamics& dynamics) { return make_integrator(kind, dynamics, rtol, atol); };
+  };
+  return {model, options, by(options.integrator), by(Integrator::Arkode), rows};
+}
+
+}  // namespace
+
 StepReport EventDriven::run(const Model& model, Trajectory& run, const RunRequest& request) {
-  EventRun event_run(model, options_, run);
+  EventRun event_run = run_of(model, options_, run);
   (void)event_run.run(request);
   return event_run.report;
 }
 
 void EventDriven::advance(const Model& model, State& x, const StepRequest& request, StepReport& report) {
   Trajectory rows(x, 0);
-  EventRun event_run(model, options_, rows);
-  if (!event_run.run({.t_end = request.t_end})) {
-    report = event_run.report;
-    report.h = request.h;
-    return;
-  }
-  const double h = report.h;
-  report = event_run.report;
-  report.h = h;
-  for (std::size_t i = 0; i + 1 < rows.steps(); ++i) {  // what the rows before the last add
-    const StepReport row = rows.report(i);
-    report.iterations += row.iterations;
-    for (double StepFigures::*energy :
-         {&StepFigures::energy_friction, &StepFigures::energy_impact, &StepFigures::energy_load,
-          &StepFigures::energy_motor, &StepFigures::energy_surface, &StepFigures::energy_left})
-      report.*energy = std::isnan(report.*energy) ? row.*energy
-                       : std::isnan(row.*energy)  ? report.*energy
-                                                  : report.*energy + row.*energy;
-    for (double Residuals::*part : {&Residuals::newton_euler, &Residuals::kinematic, &Residuals::joints,
-                                    &Residuals::normal, &Residuals::friction})
-      report.residuals.*part = std::fmax(report.residuals.*part, row.residuals.*part);
-    for (const ContactRow& c : row.contacts) {
-      const auto same = std::find_if(report.contacts.begin(), report.contacts.end(),
-                                     [&](const ContactRow& r) { return r.point == c.point; });
-      if (same == report.contacts.end()) {
-        report.contacts.push_back(c);
-        report.contacts.back().mode = ContactMode::Open;
-        report.contacts.back().force.setZero();
-        continue;
-      }
-      same->p_n += c.p_n;
-      same->impulse += c.impulse;
-    }
-    for (std::size_t j = 0; j < report.joints.size(); ++j) {
-      report.joints[j].impulse += row.joints[j].impulse;
-      report.joints[j].moment += row.joints[j].moment;
-      report.joints[j].friction += row.joints[j].friction;
-    }
-  }
-  std::sort(report.contacts.begin(), report.contacts.end(),
-            [](const ContactRow& a, const ContactRow& b) { return a.point < b.point; });
-  x = rows.back();
+  EventRun event_run = run_of(model, options_, rows);
+  (void)event_run.run({.t_end = request.t_end});
+  take_as_step(rows, event_run.report, request.h, x, report);
 }
 
 }  // namespace perp

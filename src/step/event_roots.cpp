@@ -201,6 +201,7 @@ State EventRun::half_way(const EventSample& a, const EventSample& b) const {
 /// The state at t within the step that starts at now_, integrated from there.
 bool EventRun::state_at(double t, EventSample& s) {
   State x = now_.x;
+  RowSums row;
   const double time_scale = scales_.speed > 0 ? scales_.length / scales_.speed : 1;
   if (const double dt = t - x.t; dt <= 1e-8 * time_scale || dt < 64 * 2.3e-16 * std::abs(t)) {
     State start = x;
@@ -216,9 +217,11 @@ bool EventRun::state_at(double t, EventSample& s) {
       const bool stepped = k < most && local_->step(t, x);
       if (local_->thrown) std::rethrow_exception(local_->thrown);
       if (!stepped || !(x.t > before)) return false;
+      if (const RowSums* sums = local_->sums()) row += *sums;
     }
   }
   s = sample(x);
+  s.row = std::move(row);
   return s.nu_dot.size() > 0 || model_.nv() == 0;
 }
 

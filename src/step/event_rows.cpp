@@ -128,51 +128,43 @@ void EventRun::certify(const EventSample& s) {
   }
 }
 
-/// The row of a step in fixed modes that ends at `end`; impulses, works and what they are checked against by RowQuadrature. What is seen
+/// The row of a step in fixed modes that ends at `end`; impulses, works and what they are checked against by the flow itself, or by
+/// RowQuadrature of one that does not sum them. What is seen
 /// of its end is `to`, the same but for rounding: where loads jump there it is on this side of the jump.
 void EventRun::add_row(const EventSample& from, const EventSample& to, const State& end) {
-  RowQuadrature row;
-  const bool measured = row.integrate(dynamics_, from.x, to.x, options_.rtol);
+  RowQuadrature quadrature;
+  RowSums row = to.row;
+  if (!row.known && quadrature.integrate(dynamics_, from.x, to.x, options_.rtol))
+    row = quadrature.sums(model_);
   (void)dynamics_.rows(to.x);
   report = {};
   report.t = end.t;
   report.h = end.t - from.x.t;
   certify(to);
-  report.residuals.newton_euler = row.momentum_residual;
-  report.residuals.kinematic = row.kinematic_residual;
+  report.residuals.newton_euler = row.known ? row.momentum_residual : not_set;
+  report.residuals.kinematic = row.known ? row.kinematic_residual : not_set;
   const Instant& instant = dynamics_.instant();
-  using Node = RowQuadrature::Node;
-  const auto over_row = [&](auto of, auto at_end) {
-    return measured ? decltype(at_end)(row.sum(of)) : decltype(at_end)(report.h * at_end);
-  };
   for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
     const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(modes_.contacts[i].point)])];
     ContactRow& contact =
         report.contacts.emplace_back(contact_row(c, Vector3::Zero(), mode_in(modes_, model_, c.point)));
     contact.force = c.frame * to.force[i];
-    contact.p_n = over_row([i](const Node& n) { return n.normal[i]; }, to.force[i].x());
-    contact.impulse = over_row([i](const Node& n) { return n.force[i]; }, contact.force);
+    contact.p_n = row.known ? row.normal[i] : report.h * to.force[i].x();
+    contact.impulse = row.known ? row.impulse[i] : report.h * contact.force;
   }
   begin_joints(model_, report);
-  for (std::size_t i = 0; i < instant.joint_rows.size(); ++i) {
-    const auto j = static_cast<Eigen::Index>(i);
-    add_joint_reaction(instant.joint_rows[i],
-                       over_row([j](const Node& n) { return n.joint_reaction[j]; }, to.joint_reaction[j]),
-                       report);
-  }
-  for (std::size_t i = 0; i < instant.joint_frictions.size(); ++i) {
-    const auto j = static_cast<Eigen::Index>(i);
-    add_joint_friction(instant.joint_frictions[i],
-                       over_row([j](const Node& n) { return n.joint_friction[j]; }, to.joint_force[j]),
+  const Vector reaction = row.known ? row.joint_reaction : report.h * to.joint_reaction;
+  const Vector friction = row.known ? row.joint_friction : report.h * to.joint_force;
+  for (std::size_t i = 0; i < instant.joint_rows.size(); ++i)
+    add_joint_reaction(instant.joint_rows[i], reaction[static_cast<Eigen::Index>(i)], report);
+  for (std::size_t i = 0; i < instant.joint_frictions.size(); ++i)
+    add_joint_friction(instant.joint_frictions[i], friction[static_cast<Eigen::Index>(i)],
                        modes_.joints[i] == 0 ? ContactMode::Stick : ContactMode::Slip, report);
-  }
   end_joints(instant, to.x.nu, report);
-  const auto work = [&](auto of) { return measured ? row.sum(of) : not_set; };
-  report.energy_friction = work([](const Node& n) { return n.power.friction; });
-  report.energy_load = work([](const Node& n) { return n.power.load; });
-  if (measured) report.energy_load += row.generalized_work(model_);
-  report.energy_motor = work([](const Node& n) { return n.power.motor; });
-  report.energy_surface = work([](const Node& n) { return n.power.surface; });
+  report.energy_friction = row.known ? row.friction : not_set;
+  report.energy_load = row.known ? row.load : not_set;
+  report.energy_motor = row.known ? row.motor : not_set;
+  report.energy_surface = row.known ? row.surface : not_set;
   report.energy_overlap = not_set;  // closed contacts are closed: nothing is pushed out
   report.energy_left = report.energy - model_.energy(from.x) - report.energy_friction - report.energy_load -
                        report.energy_motor - report.energy_surface;

@@ -23,29 +23,29 @@ State EventContinuation::go_on(const State& from, std::size_t row, double t) con
   --stretch;
   ModeDynamics dynamics(model);
   (void)dynamics.begin(from, stretch->modes, stretch->small_speed);
-  const auto integrator = make_integrator(Integrator::Arkode, dynamics, options.rtol,
-                                          std::isnan(options.atol) ? options.rtol : options.atol);
+  const auto flow = integrator(dynamics);
   State x = from;
-  bool fine = integrator->start(x, t - x.t);
-  while (fine && x.t < t) fine = integrator->step(t, x);
-  if (integrator->thrown) std::rethrow_exception(integrator->thrown);
-  if (!fine) throw std::runtime_error("Trajectory::at: the integrator failed: " + integrator->message);
+  bool fine = flow->start(x, t - x.t);
+  while (fine && x.t < t) fine = flow->step(t, x);
+  if (flow->thrown) std::rethrow_exception(flow->thrown);
+  if (!fine) throw std::runtime_error("Trajectory::at: the integrator failed: " + flow->message);
   model.follow_turns(x);
   return x;
 }
 
-EventRun::EventRun(const Model& model, const EventDrivenOptions& options, Trajectory& out)
+EventRun::EventRun(const Model& model, const EventDrivenOptions& options, const MakeIntegrator& flow,
+                   const MakeIntegrator& between, Trajectory& out)
     : model_(model),
       options_(options),
       atol_(std::isnan(options.atol) ? options.rtol : options.atol),
       out_(out),
       dynamics_(model),
       loads_(model) {
-  integrator_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
-  local_ = make_integrator(options.integrator, dynamics_, options.rtol, atol_);
+  integrator_ = flow(dynamics_);
+  local_ = flow(dynamics_);
   now_.x = out.back();
   t_begin_ = now_.x.t;
-  continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, options, {}});
+  continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, between, {}});
   out_.locates_events = true;
   out_.between = [kept = continuation_](const Trajectory& run, std::size_t i, double t) {
     return kept->go_on(run.state(i), i, t);
@@ -204,6 +204,7 @@ bool EventRun::advance(double t_stop) {
   if (to.nu_dot.size() == 0 && model_.nv() > 0) return carry_across(t_stop, "forces are not finite");
   if (const std::string fault = switch_fault(to); !fault.empty()) return fail(StepStatus::NotFinite, fault);
   if (const std::string torn = joints_torn(to.x); !torn.empty()) return fail(StepStatus::NotSolved, torn);
+  if (const RowSums* sums = restart_ ? nullptr : integrator_->sums()) to.row += *sums;
   EventSample middle = sample(half_way(now_, to));
   EventSample high;
   if (switch_passed(middle, to, high) || bracket(middle, to, high)) {

@@ -1,4 +1,4 @@
-// One run of the event-driven method: stretches of fixed modes, and what happens between them.
+// One run of a method that locates events: stretches of fixed modes, and what happens between them.
 #pragma once
 
 #include <deque>
@@ -53,6 +53,7 @@ struct EventSample {
   Vector joint_reaction;                 ///< of each joint equation
   Vector g, g_rate;                      ///< of the roots; rates of gaps and speeds, not of forces
   std::vector<Vector3> normal;           ///< of Touch, zero of other roots
+  RowSums row;                           ///< from the start of the step, of a flow that sums up
 };
 
 [[nodiscard]] bool triggered(const std::vector<Root>& triggers, Root::Kind kind, int index);
@@ -64,7 +65,7 @@ struct EventSample {
 /// What Trajectory::at needs: the model, and the modes that hold from a row on.
 struct EventContinuation {
   Model model;
-  EventDrivenOptions options;
+  MakeIntegrator integrator;
   struct Stretch {
     std::size_t row;
     Modes modes;
@@ -79,7 +80,9 @@ struct EventContinuation {
 /// State and modes of a run that goes on: adds rows and events to a trajectory.
 class EventRun {
  public:
-  EventRun(const Model& model, const EventDrivenOptions& options, Trajectory& out);
+  /// `flow` integrates stretches, `between` from a row to a time before the next.
+  EventRun(const Model& model, const EventDrivenOptions& options, const MakeIntegrator& flow,
+           const MakeIntegrator& between, Trajectory& out);
 
   /// Rows up to t_end, or to where `progress` ends it. False, and `report` says why, where it cannot go on.
   bool run(const RunRequest& request);

@@ -1,17 +1,18 @@
-// Integration in fixed modes, step by accepted step: what SUNDIALS does for the event-driven method.
+// Integration in fixed modes, step by accepted step: what methods that locate events have between them.
 #pragma once
 
 #include <exception>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "perp/step/event_driven.hpp"
-#include "step/mode_dynamics.hpp"
+#include "step/row_sums.hpp"
 
 namespace perp {
 
-/// An initial value problem with one of SUNDIALS's solvers. It keeps a reference to the dynamics, whose modes must stay as they
+/// An initial value problem with its solver, one of SUNDIALS's or extrapolation. It keeps a reference to the dynamics, whose modes must stay as they
 /// are from start() on.
 class ModeIntegrator {
  public:
@@ -25,9 +26,15 @@ class ModeIntegrator {
   /// as it was.
   virtual bool step(double t_stop, State& x) = 0;
 
+  /// Impulses and works of the last step; null of solvers that do not sum them.
+  virtual const RowSums* sums() const { return nullptr; }
+
   std::string message;
   std::exception_ptr thrown;  ///< by a function of the user's within a step
 };
+
+/// Makes one for the dynamics of a run; null where there is none.
+using MakeIntegrator = std::function<std::unique_ptr<ModeIntegrator>(ModeDynamics&)>;
 
 /// Null if the library was built without SUNDIALS.
 [[nodiscard]] std::unique_ptr<ModeIntegrator> make_integrator(Integrator kind, ModeDynamics& dynamics,

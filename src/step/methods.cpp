@@ -1,6 +1,7 @@
 #include "perp/step/methods.hpp"
 
 #include "perp/core/errors.hpp"
+#include "perp/step/extrapolated.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/ncp2_stepper.hpp"
 
@@ -36,6 +37,12 @@ const std::vector<Method>& methods() {
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
          return std::make_unique<EventDriven>(
              EventDrivenOptions{.rtol = o.tolerance, .integrator = o.integrator, .look = o.look});
+       }},
+      {"extrapolated", 0, true, false,
+       "contact steps extrapolated to order 4, 6, 8 or a tolerance, events located",
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<Extrapolated>(
+             ExtrapolatedOptions{.order = o.order, .rtol = o.tolerance, .look = o.look});
        }},
   };
   return all;

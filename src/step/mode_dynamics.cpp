@@ -287,6 +287,33 @@ bool ModeDynamics::evaluate(const State& x) {
   return true;
 }
 
+void ModeDynamics::kick(ModeKick& out) const {
+  solve_mass(model_, s_, load_, out.free);
+  solve_mass_columns(model_, s_, L_, out.response);
+}
+
+bool ModeDynamics::meet(const ModeKick& from, State& x, Vector& z) {
+  if (row_count() == 0) {
+    z.resize(0);
+    return true;
+  }
+  N_.noalias() = R_.transpose() * from.response;
+  if (V_.size() > 0) {
+    lu_.compute(V_.transpose() * N_ * V_);
+    z = -(V_ * lu_.solve(V_.transpose() * velocity_));
+  } else {
+    lu_.compute(N_);
+    z = -lu_.solve(velocity_);
+  }
+  x.nu.noalias() += from.response * z;
+  return x.nu.allFinite();
+}
+
+void ModeDynamics::turn(const State& x) {
+  evaluate_loads(model_, x, s_);
+  assemble(x);
+}
+
 double ModeDynamics::project(State& x) {
   for (const Body& b : model_.bodies())
     if (b.kind == BodyKind::Spatial) x.q.segment<4>(b.q0 + 3).normalize();

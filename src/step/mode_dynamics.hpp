@@ -9,6 +9,12 @@
 
 namespace perp {
 
+/// What the forces of a state do in a unit of time, and what impulses along its rows L do.
+struct ModeKick {
+  Vector free;      ///< (nv) M^-1 k
+  Matrix response;  ///< (nv, m) M^-1 L
+};
+
 /// In fixed modes every closed contact and every joint is a set of equations, and forces c along some rows R follow from
 ///   M nu' = k + L c,   R^T nu' + b = 0     =>     (R^T M^-1 L) c = -(R^T M^-1 k + b).
 /// Rows: each joint row; n of each closed contact; t, o of those that stick; the frictions of joints at rest. A column of L is
@@ -32,6 +38,13 @@ class ModeDynamics {
   /// x moved onto the constraints of the modes, positions by the shortest way in the norm of M, then velocities. Angles and
   /// quaternions as they are, but for unit length. Returns the largest violation left, psi [m, rad] (u is exact to rounding).
   double project(State& x);
+
+  /// For half-explicit steps: from where rows() or turn() was last.
+  void kick(ModeKick& out) const;
+  /// After rows(x): the impulses z along the rows of `from` with which nu + M^-1 L z obeys the velocity equations at x, added to x.nu.
+  bool meet(const ModeKick& from, State& x, Vector& z);
+  /// Loads and directions of friction at x, of which only the velocities have changed since rows().
+  void turn(const State& x);
 
   /// A step starts at x, where evaluate() or rows() was last: directions of sliding are held against those of x from here on.
   void begin_step(const State& x);

@@ -150,6 +150,24 @@ void RowQuadrature::judge(const ModeDynamics& dynamics, const State& b, const St
   }
 }
 
+RowSums RowQuadrature::sums(const Model& model) const {
+  RowSums row;
+  row.known = true;
+  for (std::size_t i = 0; i < nodes_[0].normal.size(); ++i) {
+    row.normal.push_back(sum([i](const Node& n) { return n.normal[i]; }));
+    row.impulse.emplace_back(sum([i](const Node& n) { return n.force[i]; }));
+  }
+  row.joint_reaction = sum([](const Node& n) { return n.joint_reaction; });
+  row.joint_friction = sum([](const Node& n) { return n.joint_friction; });
+  row.friction = sum([](const Node& n) { return n.power.friction; });
+  row.load = sum([](const Node& n) { return n.power.load; }) + generalized_work(model);
+  row.motor = sum([](const Node& n) { return n.power.motor; });
+  row.surface = sum([](const Node& n) { return n.power.surface; });
+  row.momentum_residual = momentum_residual;
+  row.kinematic_residual = kinematic_residual;
+  return row;
+}
+
 double RowQuadrature::generalized_work(const Model& model) const {
   double work = 0;
   std::size_t i = 0;

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "step/mode_dynamics.hpp"
+#include "step/row_sums.hpp"
 
 namespace perp {
 
@@ -37,6 +37,10 @@ class RowQuadrature {
   double momentum_residual = not_set;   ///< max |M (nu_b - y_b)| [N s, N m s]
   double kinematic_residual = not_set;  ///< max |q_b - y_b| [m, rad]
 
+  /// Of a row that was integrated.
+  RowSums sums(const Model& model) const;
+
+ private:
   /// h sum of weights times `of` a node.
   template <class Of>
   auto sum(Of of) const {
@@ -48,7 +52,6 @@ class RowQuadrature {
   /// The same of generalized bodies' work beside their potential.
   double generalized_work(const Model& model) const;
 
- private:
   static const std::array<double, points> place, weight;
   static const std::array<std::array<double, points>, points> integral, slope;
 

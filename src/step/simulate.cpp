@@ -45,7 +45,7 @@ Plan plan_of(const Model& model, Stepper& stepper, const State& x, const Simulat
   plan.adaptive = dynamic_cast<AdaptiveStepper*>(&stepper);
   plan.t_start = std::isnan(options.t_start) ? x.t : options.t_start;
   plan.length = options.t_end - plan.t_start;
-  const bool no_steps = plan.adaptive != nullptr && std::isnan(options.h);
+  const bool no_steps = chooses_steps(stepper) && std::isnan(options.h);
   if (!no_steps && (!(options.h > 0) || !std::isfinite(options.h)))
     refuse("simulate", "h", options.h, "needs to be positive [s]");
   if (!no_steps) plan.steps = std::max(1.0, std::round(plan.length / options.h));

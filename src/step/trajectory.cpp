@@ -115,8 +115,13 @@ State Trajectory::at(double t) const {
   return between(*this, i, t);
 }
 
-bool chooses_steps(const Stepper& stepper) {
+bool takes_whole_runs(const Stepper& stepper) {
   return dynamic_cast<const AdaptiveStepper*>(&stepper) != nullptr;
+}
+
+bool chooses_steps(const Stepper& stepper) {
+  const auto* runs = dynamic_cast<const AdaptiveStepper*>(&stepper);
+  return runs != nullptr && runs->chooses();
 }
 
 }  // namespace perp

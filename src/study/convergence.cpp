@@ -52,7 +52,9 @@ std::string_view name_of(OrderReference reference) {
 }
 
 std::string parameter_of(const Stepper& stepper) {
-  return stepper.edges() > 0 ? "edges=" + std::to_string(stepper.edges()) : "";
+  if (stepper.edges() > 0) return "edges=" + std::to_string(stepper.edges());
+  const bool of_order = stepper.name() == "extrapolated" && stepper.order() > 0;
+  return of_order ? "order=" + std::to_string(stepper.order()) : "";
 }
 
 double expected_order(std::string_view scene, const Stepper& method) {
@@ -115,8 +117,8 @@ StudyRun ScenePlan::run(Stepper& stepper, int level, int n) const {
   const double length = t_end_ - s.start.t;
   StudyRun result{.method = std::string(stepper.name()), .parameter = parameter_of(stepper), .level = level};
   result.n = n;
-  if (const auto* adaptive = dynamic_cast<const AdaptiveStepper*>(&stepper))
-    result.rtol = adaptive->tolerance();
+  if (chooses_steps(stepper))
+    result.rtol = dynamic_cast<const AdaptiveStepper&>(stepper).tolerance();
   else
     result.h = length / n;
   Trajectory run;

@@ -14,8 +14,9 @@ namespace perp {
 struct MethodOptions {
   int edges = 8;                               ///< of the friction polygon, in linear methods
   double tolerance = 1e-10;                    ///< rtol = atol of methods that choose their steps
+  int order = 0;                               ///< of `extrapolated`: ExtrapolatedOptions::order
   Integrator integrator = Integrator::Arkode;  ///< of `event`
-  double look = not_set;                       ///< of `event`: EventDrivenOptions::look [s]
+  double look = not_set;                       ///< EventDrivenOptions::look [s], of `extrapolated` too
   Reactions reactions = Reactions::Any;        ///< that methods with steps of fixed size report
 };
 

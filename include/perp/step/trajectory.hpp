@@ -93,17 +93,20 @@ struct RunRequest {
   std::vector<UserEvent> events = {};
 };
 
-/// A method that chooses its steps by a tolerance: it takes whole runs.
+/// A method that takes whole runs, since it chooses its steps by a tolerance, or cuts steps of fixed size at events.
 class AdaptiveStepper : public Stepper {
  public:
   virtual double tolerance() const = 0;
+  virtual bool chooses() const { return true; }  ///< false: steps are of the size that the run is asked for
 
   /// From run.back() to t_end, adding rows and events. The report is that of the step at which it ended: if not advanced(), t_end was
   /// not reached.
   [[nodiscard]] virtual StepReport run(const Model& model, Trajectory& run, const RunRequest& request) = 0;
 };
 
-/// Whether a method is one of those.
+/// Whether a method chooses its steps by a tolerance.
 [[nodiscard]] bool chooses_steps(const Stepper& stepper);
+/// Whether it is an AdaptiveStepper.
+[[nodiscard]] bool takes_whole_runs(const Stepper& stepper);
 
 }  // namespace perp
