@@ -15,9 +15,9 @@ struct StudyRequest {
   std::vector<std::string> scenes;   ///< built-in names or files
   std::vector<std::string> methods;  ///< names
   std::vector<std::string> steps =
-      {};                    ///< each h in seconds, or T/N for N steps; empty: T/20, T/40, ..., T/2560
-  double until = not_set;    ///< T [s]; each scene's own if not set
-  SceneParameters set = {};  ///< parameters, in every scene
+      {};                        ///< each h in seconds, or T/N for N steps; empty: T/20, T/40, ..., T/2560
+  double until = not_set;        ///< T [s]; each scene's own if not set
+  SceneParameters set = {};      ///< parameters, in every scene
   std::vector<int> orders = {};  ///< of `extrapolated`, with `steps`; none: by `tolerances`
   std::vector<int> edges = {8};
   std::vector<double> tolerances = {1e-4, 1e-6, 1e-8, 1e-10, 1e-12};  ///< of methods that choose their steps
