@@ -32,25 +32,39 @@ void write_runs(const SweepRequest& request, const SweepJournal::Contents& runs,
   csv.finish();
 }
 
-/// How many passed, by method and the first parameter that is not drawn; all together where none is.
+/// Of the axes those that are not drawn.
+std::vector<std::size_t> grid(const SweepRequest& request) {
+  std::vector<std::size_t> axes;
+  for (std::size_t i = 0; i < request.axes.size(); ++i)
+    if (!request.axes[i].drawn) axes.push_back(i);
+  return axes;
+}
+
+/// How many passed, by method and by the parameters that are not drawn.
 void write_shares(const SweepRequest& request, const SweepJournal::Contents& runs,
                   const std::filesystem::path& path) {
-  const SweepAxis& first = request.axes.front();
   struct Count {
     long n = 0, passed = 0;
   };
-  std::map<std::pair<std::size_t, double>, Count> counts;
+  const std::vector<std::size_t> axes = grid(request);
+  std::map<std::pair<std::size_t, std::vector<double>>, Count> counts;
   for (const auto& [number, answer] : runs) {
     const SweepRun run = sweep_run(request, number);
-    Count& count = counts[{run.method, first.drawn ? 0 : run.values.front()}];
+    std::vector<double> place;
+    for (const std::size_t i : axes) place.push_back(run.values[i]);
+    Count& count = counts[{run.method, place}];
     if (answer.failed) continue;
     ++count.n;
     count.passed += answer.passed;
   }
-  CsvFile csv(path, {"method", first.name, "n", "passed", "share", "low", "high"});
+  std::vector<std::string> header{"method"};
+  for (const std::size_t i : axes) header.push_back(request.axes[i].name);
+  for (const char* name : {"n", "passed", "share", "low", "high"}) header.emplace_back(name);
+  CsvFile csv(path, header);
   for (const auto& [place, count] : counts) {
     const Share share = wilson(count.passed, count.n);
-    csv.cell(request.methods[place.first]).cell(first.drawn ? not_set : place.second);
+    csv.cell(request.methods[place.first]);
+    for (const double value : place.second) csv.cell(value);
     csv.cell(static_cast<int>(count.n)).cell(static_cast<int>(count.passed));
     csv.cell(share.share).cell(share.low).cell(share.high).end_row();
   }
@@ -85,10 +99,12 @@ std::string script(const SweepRequest& request) {
              "\" ? $2 : NaN):" + std::to_string(request.axes.size() + 3 + i) +
              " with points pointtype 7 pointsize 0.5";
     });
+  const auto column = [n = grid(request).size()](std::size_t k) { return std::to_string(n + 1 + k); };
   if (shares)
     panel("share with " + request.pass, [&](std::size_t m) {
       return "\"shares.csv\" every ::1 using (strcol(1) eq \"" + request.methods[m] +
-             "\" ? $2 : NaN):5:6:7 with yerrorbars pointtype 7 pointsize 0.6";
+             "\" ? $2 : NaN):" + column(3) + ":" + column(4) + ":" + column(5) +
+             " with yerrorbars pointtype 7 pointsize 0.6";
     });
   return text + (request.ask.empty() && !shares ? "plot 1/0 notitle\n" : "") + "unset multiplot\n";
 }

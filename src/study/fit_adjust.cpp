@@ -309,6 +309,8 @@ void FitAdjuster::estimate_sigmas() {
 bool FitAdjuster::adjust() {
   std::vector<int> all(static_cast<std::size_t>(unknowns_.size()));
   for (int i = 0; i < unknowns_.size(); ++i) all[static_cast<std::size_t>(i)] = i;
+  const double negligible =
+      1e-3 * unknowns_.size();  // of chi^2/2: a gain that moves no unknown by a twentieth of its error
   // beginnings before ends: what comes after many impacts says nothing of a fit that misses the first
   constexpr double longer = 1.5;
   for (bool whole = false; !whole;) {
@@ -319,13 +321,13 @@ bool FitAdjuster::adjust() {
       whole = whole && runs_.limit(m) == end;
     }
     if (problem_.progress) problem_.progress(std::to_string(cells()) + " cells");
-    if (!whole) minimise(all, 6, 1e-1);
+    if (!whole) minimise(all, 6, 10 * negligible);
   }
   bool converged = false;
   constexpr int rounds = 6;
-  constexpr double settled = 0.02;  // relative change of a sigma
+  constexpr double settled = 0.05;  // relative change of a sigma
   for (int round = 0; round < rounds; ++round) {
-    const LeastSquaresEnd end = minimise(all, 20, 1e-3);
+    const LeastSquaresEnd end = minimise(all, 20, negligible);
     converged = end.converged;
     const Vector before = sigma_;
     estimate_sigmas();

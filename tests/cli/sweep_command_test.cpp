@@ -119,6 +119,22 @@ TEST_CASE("a sweep refuses what it cannot run, and a run that the scene refuses 
   CHECK_THAT(contents(scratch / "half/sweep.csv"), Catch::Contains("mu"));
 }
 
+TEST_CASE(
+    "the fixture seats a part whose clamp against two locators comes first, and not the other way round",
+    "[sweep]") {
+  const Scratch scratch("sweep-fixture");
+  const std::string fixture = std::string(PERP_TEST_FOLDER) + "/../../examples/scenes/fixture.toml";
+  const Outcome done =
+      run_perp(scratch, "study " + fixture +
+                            " --methods ncp2 --steps 0.002 --sweep order=0:1:2 --sweep mu=0.2:0.3:2 " +
+                            "--pass 'hypot(part.x, part.y) < 1e-5' --out " + (scratch / "out"));
+  REQUIRE(done.status == 0);
+  const auto shares = columns(scratch / "out/shares.csv");
+  CHECK(shares.at("order") == std::vector<std::string>{"0", "0", "1", "1"});
+  CHECK(shares.at("n") == std::vector<std::string>{"1", "1", "1", "1"});
+  CHECK(shares.at("passed") == std::vector<std::string>{"1", "1", "0", "0"});
+}
+
 TEST_CASE("Wilson's interval of a share is the textbook's", "[sweep]") {
   const Share some = wilson(8, 10);  // 0.490 to 0.943
   CHECK(some.share == 0.8);

@@ -49,7 +49,7 @@ struct Share {
 /// Runs what `folder` does not have yet, and writes there
 ///   sweep.csv   method, a column a parameter, t (the end of the run), a column for each thing asked, pass, failed, message: a row a
 ///               run, in the order of the grids (the last the fastest), then of draws, then of methods
-///   shares.csv  method, the first parameter, n, passed, share, low, high: how many of the runs that did not fail passed
+///   shares.csv  method, the parameters on grids, n, passed, share, low, high: how many of the runs that did not fail passed
 ///   sweep.svg   what is asked over the first parameter
 /// Every run is on the disk (sweep.journal) before its thread begins another: a sweep that was killed goes on where it stopped, to
 /// the same bytes. A shard writes its runs alone: merge_sweeps makes the tables. Options as of run_study.
