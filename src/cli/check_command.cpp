@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/check_prices.hpp"
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
 #include "cli/start_faults.hpp"
@@ -151,6 +152,7 @@ void add_check_command(CLI::App& perp, int& status) {
       report_assembly(scene);
     else
       report_motion(scene, now);
+    print_prices(scene);
     status = Done;
   });
 }

@@ -34,5 +34,6 @@ void add_check_command(CLI::App& perp, int& status);
 void add_methods_command(CLI::App& perp, int& status);
 void add_solve_command(CLI::App& perp, int& status);
 void add_generate_command(CLI::App& perp, int& status);
+void add_exam_command(CLI::App& perp, int& status);
 
 }  // namespace perp

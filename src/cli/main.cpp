@@ -34,6 +34,7 @@ int run(int argc, char** argv) {
   add_methods_command(app, status);
   add_solve_command(app, status);
   add_generate_command(app, status);
+  add_exam_command(app, status);
   try {
     try {
       app.parse(argc, argv);

@@ -7,7 +7,8 @@
 
 namespace perp {
 
-SceneParameters read_parameters(const std::string& command, const std::vector<std::string>& pairs) {
+SceneParameters read_parameters(const std::string& command, const std::vector<std::string>& pairs,
+                                const std::string& option) {
   SceneParameters parameters;
   for (const std::string& pair : pairs) {
     const std::size_t equals = pair.find('=');
@@ -16,9 +17,9 @@ SceneParameters read_parameters(const std::string& command, const std::vector<st
     const char* const begin = equals == std::string::npos ? end : pair.data() + equals + 1;
     const auto read = std::from_chars(begin, end, value);
     if (equals == 0 || begin == end || read.ec != std::errc() || read.ptr != end)
-      refuse(command, "--set", pair, "needs to be KEY=VALUE with a number for VALUE");
+      refuse(command, option, pair, "needs to be KEY=VALUE with a number for VALUE");
     if (!parameters.emplace(pair.substr(0, equals), value).second)
-      refuse(command, "--set", pair, "needs to be given once for each KEY");
+      refuse(command, option, pair, "needs to be given once for each KEY");
   }
   return parameters;
 }

@@ -11,6 +11,7 @@
 #include "io/machine.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/scene_file.hpp"
+#include "perp/step/auto_method.hpp"
 #include "perp/version.hpp"
 
 namespace perp {
@@ -20,7 +21,7 @@ struct RunArguments {
   RunRecipe recipe;
   RunManner manner;
   std::string folder, resume, integrator, reactions = "any";
-  std::vector<std::string> set, command;
+  std::vector<std::string> set, set_method, command;
 };
 
 /// The method's options. What a method does not use is refused: it would be taken for used.
@@ -93,7 +94,15 @@ int new_run(const CLI::App& command, RunArguments& arguments) {
   recipe.set = read_parameters("perp run", arguments.set);
   const Scene scene = read_scene_of(recipe);
   for (const SceneParameter& p : scene.parameters) record.parameters[p.name] = p.value;
+  if (recipe.method == "auto") {
+    const MethodChoice choice = choose_method(scene.model, command.count("--step") > 0);
+    recipe.method = choice.method;
+    if (!arguments.manner.quiet) std::printf("auto: %s: %s\n", recipe.method.c_str(), choice.why.c_str());
+  }
   read_method(command, arguments, recipe);
+  apply_method_settings(scene, recipe.method, recipe.options);
+  for (const auto& [key, value] : read_parameters("perp run", arguments.set_method, "--set-method"))
+    recipe.options.set(recipe.method, key, value);
   check_times(scene, recipe);
   record.command = arguments.command;
   record.version = version;
@@ -139,7 +148,7 @@ int resume(const CLI::App& command, const RunArguments& arguments) {
 
 void add_method_options(CLI::App* command, RunArguments& arguments) {
   RunRecipe& recipe = arguments.recipe;
-  command->add_option("--method", recipe.method, "a method (perp methods)")->check(some_text());
+  command->add_option("--method", recipe.method, "a method (perp methods), or auto")->check(some_text());
   command
       ->add_option("--step", recipe.step,
                    "step h [s]; the run takes round(T/h) equal steps. Of event, and of extrapolated without "
@@ -167,6 +176,12 @@ void add_method_options(CLI::App* command, RunArguments& arguments) {
   command->add_option("--edges", recipe.options.edges, "edges of the friction polygon")
       ->transform(whole_number())
       ->type_name("N");
+  command
+      ->add_option("--set-method", arguments.set_method,
+                   "a setting of the method, repeatable; of penalty stiffness, damping, slip_speed, explicit")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
   command
       ->add_option("--reactions", arguments.reactions,
                    "any, or minimum-norm: of redundant contacts and joints those that share what they carry")

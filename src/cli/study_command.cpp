@@ -9,6 +9,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
+#include "cli/study_map.hpp"
 #include "cli/sweep_arguments.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/study_files.hpp"
@@ -23,9 +24,9 @@ struct StudyArguments {
   StudyRequest request;
   StudyOptions options;
   SweepArguments sweep;
-  std::vector<std::string> set, merge;
+  std::vector<std::string> set, set_method, merge, maps;
   std::vector<double> tolerances;
-  std::string folder, shard, velocity = "end";
+  std::string folder, shard, velocity = "end", reference;
 };
 
 /// I/N.
@@ -63,9 +64,21 @@ void print_orders(const StudyOutcome& outcome) {
                   note_of(row).c_str());
 }
 
+void print_references(const StudyOutcome& outcome) {
+  for (const ConvergenceTable& table : outcome.tables) {
+    if (table.reference == OrderReference::None || table.reference == OrderReference::Exact) continue;
+    std::printf("%s: %s\n", table.scene.c_str(), table.words.c_str());
+  }
+  for (const ConvergenceTable& table : outcome.tables)
+    for (const OrderRow& row : table.orders)
+      if (!row.why.empty())
+        std::printf("%s, %s%s%s: %s\n", table.scene.c_str(), row.method.c_str(),
+                    row.parameter.empty() ? "" : " ", row.parameter.c_str(), row.why.c_str());
+}
+
 int report(const StudyOutcome& outcome, const StudyArguments& arguments) {
   const bool merge = !arguments.merge.empty();
-  if (!outcome.tables.empty()) print_orders(outcome);
+  if (!outcome.tables.empty()) print_orders(outcome), print_references(outcome);
   std::printf("%d runs: %d made now, %d found there, %d failed\n", outcome.planned, outcome.made,
               outcome.before, outcome.failed);
   if (outcome.tables.empty())
@@ -84,7 +97,11 @@ int report(const StudyOutcome& outcome, const StudyArguments& arguments) {
   if (outcome.left() > 0)
     std::fprintf(stderr, "perp: %d runs are left: %s\n", outcome.left(),
                  merge ? "a shard is missing or did not end" : "the same command goes on with them");
-  return outcome.failed > 0 || outcome.left() > 0 ? ToleranceNotReached : Done;
+  for (const std::string& scene : outcome.no_reference)
+    std::fprintf(stderr, "perp: %s; --reference own-limit holds each method against its own\n",
+                 scene.c_str());
+  const bool whole = outcome.failed == 0 && outcome.left() == 0 && outcome.no_reference.empty();
+  return whole ? Done : ToleranceNotReached;
 }
 
 /// Options that none of the methods uses would be taken for used.
@@ -97,6 +114,8 @@ void need_uses(const CLI::App& command, const StudyRequest& request) {
   if (given("--edges") && !any([](const Method& m) { return m.polygonal; }))
     refuse("perp study", "--edges", std::to_string(request.edges.front()),
            "needs a method with a friction polygon among --methods");
+  if (given("--set-method") && !any([](const Method& m) { return m.name == "penalty"; }))
+    refuse("perp study", "--set-method", "given", "needs the method penalty among --methods");
   const bool ordered = any([](const Method& m) { return m.name == "extrapolated"; }) && given("--order");
   if (given("--order") && (!ordered || std::count(request.orders.begin(), request.orders.end(), 0) > 0))
     refuse("perp study", "--order", std::to_string(request.orders.front()),
@@ -104,6 +123,33 @@ void need_uses(const CLI::App& command, const StudyRequest& request) {
   if (given("--steps") && !ordered && !any([](const Method& m) { return m.order > 0; }))
     refuse("perp study", "--steps", request.steps.front(),
            "needs a method of steps of fixed size among --methods");
+}
+
+/// --map, twice: one scene, and at most one step.
+int map_of(const CLI::App& command, const StudyArguments& arguments) {
+  const StudyRequest& request = arguments.request;
+  if (arguments.maps.size() != 2)
+    refuse("perp study", "--map", arguments.maps.front(), "needs to be there twice, once for each axis");
+  if (request.scenes.size() != 1 || request.methods.empty())
+    refuse("perp study", "--map", arguments.maps.front(), "needs one scene, and --methods");
+  for (const char* option : {"--tolerances", "--edges", "--envelope", "--velocity", "--reference", "--shard",
+                             "--jobs", "--budget"})
+    if (command.count(option) > 0) refuse("perp study", option, "given beside --map", "needs to be left out");
+  AtlasRequest map{.scene = request.scenes.front(),
+                   .methods = request.methods,
+                   .a = read_axis(arguments.maps[0], "--map"),
+                   .b = read_axis(arguments.maps[1], "--map")};
+  for (const auto& [key, value] : read_parameters("perp study", arguments.set)) map.set[key] = value;
+  for (const auto& [key, value] : read_parameters("perp study", arguments.set_method, "--set-method"))
+    map.set_method[key] = value;
+  map.until = request.until;
+  if (map.a.name == map.b.name)
+    refuse("perp study", "--map", map.b.name, "needs to be another axis than the first");
+  if (request.steps.size() > 1)
+    refuse("perp study", "--steps", request.steps[1], "needs to be one step [s] beside --map, or an axis h");
+  if (request.steps.size() == 1)
+    map.step = read_parameters("perp study", {"h=" + request.steps.front()}, "--steps").at("h");
+  return study_map(map, arguments.folder);
 }
 
 int study(const CLI::App& command, StudyArguments& arguments) {
@@ -115,6 +161,7 @@ int study(const CLI::App& command, StudyArguments& arguments) {
     return report(merge_studies({arguments.merge.begin(), arguments.merge.end()}, arguments.folder),
                   arguments);
   }
+  if (!arguments.maps.empty()) return map_of(command, arguments);
   if (!arguments.tolerances.empty()) {
     const auto& names = arguments.request.methods;
     if (std::none_of(names.begin(), names.end(), [](const std::string& n) { return method(n).adaptive; }))
@@ -124,7 +171,9 @@ int study(const CLI::App& command, StudyArguments& arguments) {
   }
   need_uses(command, arguments.request);
   arguments.request.set = read_parameters("perp study", arguments.set);
+  arguments.request.set_method = read_parameters("perp study", arguments.set_method, "--set-method");
   arguments.request.velocity = velocity_measure(arguments.velocity);
+  if (!arguments.reference.empty()) arguments.request.reference = reference_named(arguments.reference);
   if (!arguments.shard.empty()) read_shard(arguments.shard, arguments.options);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) arguments.options.progress = show_on_terminal;
@@ -175,6 +224,10 @@ void add_study_command(CLI::App& perp, int& status) {
       ->allow_extra_args(false)
       ->transform(whole_number())
       ->type_name("K1,K2,...");
+  command->add_option("--set-method", arguments->set_method, "a setting of penalty, repeatable")
+      ->type_name("KEY=VALUE")
+      ->expected(1)
+      ->take_all();
   command->add_option("--edges", request.edges, "edges of the friction polygon")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -187,6 +240,20 @@ void add_study_command(CLI::App& perp, int& status) {
       ->type_name("K");
   command->add_option("--velocity", arguments->velocity, "error_v: end (at T), l1 or graph (over the run)")
       ->type_name("MEASURE");
+  command
+      ->add_option("--reference", arguments->reference,
+                   "what errors are counted from: exact, event, extrapolated or own-limit; exact where it is "
+                   "known, else "
+                   "event, if not given")
+      ->check(some_text())
+      ->type_name("R");
+  command
+      ->add_option(
+          "--map", arguments->maps,
+          "twice: a parameter of the scene, or h (the step), over which to map what the methods come to")
+      ->type_name("NAME=LO:HI:N")
+      ->expected(1)
+      ->take_all();
   command
       ->add_option("--out", arguments->folder,
                    "folder for tables, charts and the page; an earlier study there goes on")

@@ -144,8 +144,9 @@ std::string script(const Chart& chart, const std::string& name) {
     ++label;
     out << "set arrow from graph 0, first " << at << " to graph 1, first " << at << " nohead linecolor \""
         << palette(floor.colour) << "\" linewidth 1.2 dashtype 3 back\n"
-        << "set label " << label << " \"" << value << "\" at graph 0.01, first " << at
-        << " left offset 0,0.5 textcolor \"" << palette(floor.colour) << "\" font \",13\"\n";
+        << "set label " << label << " " << quoted(floor.what + (floor.what.empty() ? "" : " ") + value)
+        << " at graph 0.01, first " << at << " left offset 0,0.5 textcolor \"" << palette(floor.colour)
+        << "\" font \",13\"\n";
   }
   for (const ChartLine& line : chart.lines)
     for (const double at : line.missing) {
@@ -175,7 +176,8 @@ std::string script(const Chart& chart, const std::string& name) {
     line.label.empty() ? out << " notitle" : out << " title " << in_gnuplot_quotes(line.label);
     separator = ", \\\n     ";
   }
-  if (chart.lines.empty()) out << "plot 1/0 notitle";
+  if (std::all_of(chart.lines.begin(), chart.lines.end(), [](const ChartLine& l) { return l.x.empty(); }))
+    out << separator << "1/0 notitle";  // gnuplot draws no key alone
   out << "\n";
   return out.str();
 }

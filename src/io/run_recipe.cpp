@@ -24,6 +24,13 @@ Json parameters(const SceneParameters& all) {
   return json;
 }
 
+Json penalty_of(const PenaltyOptions& o) {
+  return {{"stiffness", number(o.stiffness)},
+          {"damping", number(o.damping)},
+          {"slip_speed", number(o.slip_speed)},
+          {"explicit", o.explicit_forces}};
+}
+
 /// The part of run.json that says what is run.
 Json method_of(const RunRecipe& r) {
   return {{"method", r.method},
@@ -34,6 +41,7 @@ Json method_of(const RunRecipe& r) {
           {"integrator", name_of(r.options.integrator)},
           {"look", number(r.options.look)},
           {"reactions", r.options.reactions == Reactions::MinimumNorm ? "minimum-norm" : "any"},
+          {"penalty", penalty_of(r.options.penalty)},
           {"until", number(r.until)},
           {"every", r.every},
           {"assemble", r.assemble},
@@ -103,6 +111,13 @@ RunRecord read_record(const std::string& text, const std::string& file) {
     r.options.integrator = integrator_named(run.at("integrator").get<std::string>());
     if (run.contains("look")) r.options.look = number_of(run.at("look"));  // not in older records
     r.options.reactions = run.at("reactions") == "minimum-norm" ? Reactions::MinimumNorm : Reactions::Any;
+    if (run.contains("penalty")) {  // nor this
+      const Json& penalty = run.at("penalty");
+      r.options.penalty = {.stiffness = number_of(penalty.at("stiffness")),
+                           .damping = number_of(penalty.at("damping")),
+                           .slip_speed = number_of(penalty.at("slip_speed")),
+                           .explicit_forces = penalty.at("explicit").get<bool>()};
+    }
     r.until = number_of(run.at("until"));
     r.every = run.at("every").get<int>();
     r.assemble = run.at("assemble").get<bool>();

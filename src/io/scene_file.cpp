@@ -16,6 +16,7 @@
 #include "io/units.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/urdf.hpp"
+#include "perp/step/methods.hpp"
 
 namespace perp {
 namespace {
@@ -30,9 +31,9 @@ class SceneReader {
     if (top.has("parameters")) parameters(top.table("parameters"));
     const TomlValue toml = with_repeats(file, source_);
     const SceneTable root(toml, source_);
-    root.allow({"name", "what", "gravity", "t_end", "parameters", "body", "joint", "limit", "motor",
-                "joint_spring", "spring", "contact", "force", "event", "shape", "material_pair", "no_contact",
-                "include", "repeat"});
+    root.allow({"name",  "what",          "gravity",      "t_end",   "parameters", "body",  "joint",
+                "limit", "motor",         "joint_spring", "spring",  "contact",    "force", "event",
+                "shape", "material_pair", "no_contact",   "include", "repeat",     "method"});
     for (const auto& [name, value] : set_) need_parameter(name);
     scene_.name = root.has("name") ? root.name() : std::filesystem::path(source_.file).stem().string();
     if (root.has("what")) scene_.what = root.text("what");
@@ -55,6 +56,7 @@ class SceneReader {
     for (const SceneTable& table : root.tables("force")) read_force(table, model());
     for (const SceneTable& table : root.tables("event"))
       scene_.events.push_back(read_event(table, model(), scene_.events));
+    if (root.has("method")) method_settings(root.table("method"));
     scene_.start = model().rest();
     for (const SceneTable& table : root.tables("body")) start(table);
     for (const std::string& pair : connect_shapes(root, shapes_, scene_.start, model()))
@@ -63,6 +65,22 @@ class SceneReader {
   }
 
  private:
+  void method_settings(const SceneTable& all) {
+    all.allow({"penalty"});
+    const SceneTable table = all.table("penalty");
+    table.allow({"stiffness", "damping", "slip_speed", "explicit"});
+    MethodOptions options;
+    for (const auto& [key, dimension] : {std::pair{"stiffness", Dimension::Stiffness},
+                                         {"damping", Dimension::Damping},
+                                         {"slip_speed", Dimension::Velocity},
+                                         {"explicit", Dimension::None}}) {
+      if (!table.has(key)) continue;
+      const double value = table.number(key, dimension);
+      table.placed([&] { options.set("penalty", key, value); });
+      scene_.method_settings["penalty"][key] = value;
+    }
+  }
+
   Model& model() { return scene_.model; }
 
   /// name = value, or name = { value, what }; a value may use the parameters above it.

@@ -48,6 +48,10 @@ class SceneWriter {
       if (!event.recipe.known()) cannot_say(scene_, "event '" + event.name + "'");
       out_ += "\n[[event]]\n" + write_event(event);
     }
+    for (const auto& [method, settings] : scene_.method_settings) {
+      out_ += "\n[method." + method + "]\n";
+      for (const auto& [key, value] : settings) line(key, value);
+    }
     return std::move(out_);
   }
 

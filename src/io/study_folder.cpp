@@ -34,6 +34,17 @@ const StudyRun* found(const StudyPlan& plan, const StudyJournal::Contents& conte
   return fits ? &run : nullptr;
 }
 
+/// Computed references, before the first run is held against one.
+void find_references(StudyPlan& plan, const StudyOptions& options) {
+  for (ScenePlan& scene : plan.scenes) {
+    if (options.progress && !scene.reference())
+      options.progress({.done = 0,
+                        .planned = static_cast<int>(plan.runs.size()),
+                        .next = scene.scene().name + ": a reference, by event and by ncp2"});
+    scene.find_reference();
+  }
+}
+
 /// Hands out the runs that are still to be made, coarse steps first, and keeps what they came to.
 class Workshop {
  public:
@@ -78,7 +89,8 @@ class Workshop {
   void work() {
     while (const PlannedRun* next = take()) {
       try {
-        const std::unique_ptr<Stepper> stepper = plan_.lines[next->line].stepper(next->tolerance);
+        const std::unique_ptr<Stepper> stepper =
+            plan_.lines[next->line].stepper(plan_.scenes[next->scene].scene(), next->tolerance);
         const StudyRun run = plan_.scenes[next->scene].run(*stepper, next->level, next->n);
         journal_.add_run(next->key, run);
         const std::lock_guard lock(mutex_);
@@ -156,6 +168,8 @@ void write_results(const StudyRequest& request, const StudyPlan& plan, const Stu
       outcome.failed += runs.back().failed > 0;
     }
     outcome.tables.push_back(plan.scenes[i].tabulate(std::move(runs), methods));
+    if (!plan.scenes[i].reference())
+      outcome.no_reference.push_back(plan.scenes[i].scene().name + ": " + plan.scenes[i].reference().words);
   }
   write_study_csv(folder / "study.csv", outcome.tables);
   write_orders_csv(folder / "orders.csv", outcome.tables);
@@ -179,11 +193,12 @@ StudyOutcome run_study(const StudyRequest& request, const std::filesystem::path&
   if (options.shards < 1 || options.shard < 1 || options.shard > options.shards)
     refuse("perp study", "--shard", std::to_string(options.shard) + "/" + std::to_string(options.shards),
            "needs to be I/N, I from 1 to N");
-  const StudyPlan plan = plan_study(request, options.shards, options.timing);
+  StudyPlan plan = plan_study(request, options.shards, options.timing);
   StudyOutcome outcome;
   {
     StudyJournal journal(folder);
     replace_file(folder / request_file, write_request(request));
+    find_references(plan, options);
     Workshop workshop(plan, options, journal);
     if (workshop.before() < workshop.planned()) journal.add_machine(machine());
     workshop.run();
@@ -210,7 +225,8 @@ StudyOutcome merge_studies(const std::vector<std::filesystem::path>& folders,
   if (folders.empty()) refuse("perp study", "--merge", "nothing", "needs one folder or more");
   const StudyRequest request = read_request(folders.front() / request_file);
   StudyOutcome outcome;
-  const StudyPlan plan = plan_study(request);
+  StudyPlan plan = plan_study(request);
+  find_references(plan, {});
   {
     StudyJournal journal(folder);
     StudyJournal::Contents known = journal.contents();

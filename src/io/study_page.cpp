@@ -131,6 +131,10 @@ std::string order_cell(const OrderRow& row) {
   return std::string("<span class=") + (close ? "agrees>" : "differs>") + order + "</span>";
 }
 
+std::string remark(const StudyRun& run, const ConvergenceTable& table) {
+  return run.failed ? "failed" : run.error_q <= table.bar_q && table.bar_q > 0 ? "within the bar" : "";
+}
+
 std::string scene_section(const ScenePlan& plan, const ConvergenceTable& table,
                           const std::filesystem::path& folder) {
   const Scene& scene = plan.scene();
@@ -139,13 +143,11 @@ std::string scene_section(const ScenePlan& plan, const ConvergenceTable& table,
       "<h2 id=\"" + name + "\">" + escaped(table.scene) + "</h2>\n<p>" + escaped(scene.what) + "</p>\n";
   text += "<p class=quiet>T = " + shortest(plan.t_end()) + " s";
   for (const SceneParameter& p : scene.parameters) text += ", " + escaped(p.name) + " = " + shortest(p.value);
-  text +=
-      scene.exact ? "; exact motion known" : "; exact motion not known: each method against its own limit";
-  text += "</p>\n<div class=charts>\n";
+  text += "; " + escaped(table.words) + "</p>\n<div class=charts>\n";
   for (const char* kind : {"-convergence", "-work"})
     text += picture(folder / (name + kind + ".svg"), name + kind);
-  text += "</div>\n" +
-          head({"method", "", "reference", "order", "expected", "order of velocity", "points", "note"});
+  text += "</div>\n" + head({"method", "", "reference", "order", "expected", "order of velocity", "points",
+                             "fitted h [s]", "local slopes", "note", "why not as expected"});
   for (const OrderRow& row : table.orders)
     text += Row()
                 .text(row.method)
@@ -155,7 +157,12 @@ std::string scene_section(const ScenePlan& plan, const ConvergenceTable& table,
                 .number("%g", row.expected)
                 .number("%.3f", row.v.order)
                 .number("%.0f", row.q.points)
+                .text(std::isnan(row.q.h_least)
+                          ? ""
+                          : format("%.3g", row.q.h_least) + " to " + format("%.3g", row.q.h_most))
+                .text(local_slopes(row.q))
                 .text(note_of(row))
+                .text(row.why)
                 .end();
   text += "</table>\n<details><summary>all " + std::to_string(table.runs.size()) + " runs</summary>\n";
   text += head({"method", "", "h [s]", "error_q", "error_v", "against own limit", "CPU [s]", "steps",
@@ -165,13 +172,13 @@ std::string scene_section(const ScenePlan& plan, const ConvergenceTable& table,
                 .text(run.method)
                 .text(run.parameter)
                 .number("%.6g", run.h)
-                .number("%.3e", run.error_q)
-                .number("%.3e", run.error_v)
+                .number("%.3e", above_bar(run.error_q, table.bar_q))
+                .number("%.3e", above_bar(run.error_v, table.bar_v))
                 .number("%.3e", run.error_limit)
                 .number("%.2e", run.seconds)
                 .number("%.0f", run.steps)
                 .number("%.0f", run.iterations)
-                .text(run.failed ? "failed" : "")
+                .text(remark(run, table))
                 .end();
   return text + "</table></details>\n";
 }

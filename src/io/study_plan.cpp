@@ -44,6 +44,13 @@ bool is_file(const std::string& scene) {
 
 std::string contents(const std::string& file) { return read_file(file, "needs a scene file"); }
 
+/// What a computed reference depends on besides the scene: the finest level.
+std::string steps_of(const std::vector<std::vector<int>>& counts) {
+  int most = 0;
+  for (const std::vector<int>& level : counts) most = std::max(most, level.front());
+  return std::to_string(most);
+}
+
 std::vector<StudyLine> lines_of(const StudyRequest& request) {
   std::vector<StudyLine> lines;
   std::set<std::string> seen;
@@ -54,10 +61,12 @@ std::vector<StudyLine> lines_of(const StudyRequest& request) {
     if (!chosen.polygonal && !of_order) lines.push_back({.method = &chosen});
     for (const int order : request.orders)
       if (of_order) lines.push_back({.method = &chosen, .options = {.order = order}});
+    if (name == "penalty") lines.back().settings = request.set_method;
     for (const int edges : request.edges)
       if (chosen.polygonal) lines.push_back({.method = &chosen, .options = {.edges = edges}});
   }
   for (const StudyLine& line : lines) (void)line.stepper();  // refuses options that it cannot take
+  for (const auto& [key, value] : request.set_method) MethodOptions().set("penalty", key, value);
   return lines;
 }
 
@@ -82,17 +91,21 @@ StudyPlan plan_study(const StudyRequest& request, int shards, const TimingOption
     study.envelope = request.envelope;
     study.velocity = request.velocity;
     study.timing = timing;
+    study.reference = request.reference;
     plan.scenes.emplace_back(study);
 
-    std::string identity =
-        std::string(version) + " " + shortest(T) + " " + std::string(name_of(request.velocity));
+    std::string identity = std::string(version) + " " + shortest(T) + " " +
+                           std::string(name_of(request.velocity)) + " " +
+                           std::string(name_of(request.reference));
+    if (!plan.scenes.back().reference()) identity += " of " + steps_of(plan.scenes.back().counts());
     for (const auto& [key, value] : request.set) identity += " " + key + "=" + shortest(value);
     if (is_file(name)) identity += "\n" + contents(name);
     const std::string scene_key = study.scene.name + " " + fingerprint(identity);
     for (std::size_t line = 0; line < plan.lines.size(); ++line) {
       const std::unique_ptr<Stepper> stepper = plan.lines[line].stepper();
-      const std::string line_key =
-          scene_key + " " + std::string(stepper->name()) + " " + parameter_of(*stepper);
+      std::string line_key = scene_key + " " + std::string(stepper->name()) + " " + parameter_of(*stepper);
+      for (const auto& [setting, value] : plan.lines[line].settings)
+        line_key += " " + setting + "=" + shortest(value);
       std::size_t turn = (names.size() - 1) * plan.lines.size() + line;
       const auto shard = [&] { return static_cast<int>(turn++ % static_cast<std::size_t>(shards)); };
       if (chooses_steps(*stepper)) {
@@ -132,10 +145,12 @@ std::string write_request(const StudyRequest& request) {
   if (!std::isnan(request.until)) line("until", shortest(request.until));
   for (const auto& [key, value] : request.set) line("set", key + "=" + shortest(value));
   for (const int order : request.orders) line("order", std::to_string(order));
+  for (const auto& [key, value] : request.set_method) line("set-method", key + "=" + shortest(value));
   for (const int edges : request.edges) line("edges", std::to_string(edges));
   for (const double tolerance : request.tolerances) line("tolerance", shortest(tolerance));
   line("envelope", std::to_string(request.envelope));
   line("velocity", name_of(request.velocity));
+  if (request.reference != ReferenceChoice::Automatic) line("reference", name_of(request.reference));
   return text;
 }
 
@@ -159,8 +174,8 @@ StudyRequest read_request(const std::filesystem::path& file) {
       request.steps.push_back(value);
     else if (word == "until")
       request.until = number<double>("until", value, need);
-    else if (word == "set")
-      request.set[value.substr(0, value.find('='))] =
+    else if (word == "set" || word == "set-method")
+      (word == "set" ? request.set : request.set_method)[value.substr(0, value.find('='))] =
           number<double>("set", value.substr(std::min(value.find('='), value.size() - 1) + 1), need);
     else if (word == "order")
       request.orders.push_back(number<int>("order", value, need));
@@ -172,6 +187,8 @@ StudyRequest read_request(const std::filesystem::path& file) {
       request.envelope = number<int>("envelope", value, need);
     else if (word == "velocity")
       request.velocity = velocity_measure(value);
+    else if (word == "reference")
+      request.reference = reference_named(value);
     else
       refuse("perp study", "request", text, need);
   }

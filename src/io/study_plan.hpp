@@ -15,11 +15,14 @@ namespace perp {
 struct StudyLine {
   const Method* method = nullptr;
   MethodOptions options = {};
+  SceneParameters settings = {};
 
   std::unique_ptr<Stepper> stepper() const { return method->make(options); }
-  /// The same, of a method that chooses its steps at this tolerance.
-  std::unique_ptr<Stepper> stepper(double tolerance) const {
+  /// The same, of a method that chooses its steps at this tolerance, with what the scene sets of the method, and the study over that.
+  std::unique_ptr<Stepper> stepper(const Scene& scene, double tolerance) const {
     MethodOptions chosen = options;
+    apply_method_settings(scene, method->name, chosen);
+    for (const auto& [key, value] : settings) chosen.set(method->name, key, value);
     if (!std::isnan(tolerance)) chosen.tolerance = tolerance;
     return method->make(chosen);
   }

@@ -44,8 +44,32 @@ const std::vector<Method>& methods() {
          return std::make_unique<Extrapolated>(
              ExtrapolatedOptions{.order = o.order, .rtol = o.tolerance, .look = o.look});
        }},
+      {"penalty", 1, false, false,
+       "the compared other: springs and dampers for contacts, friction regularised; k and slip speed of its "
+       "own",
+       [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
+         return std::make_unique<PenaltyStepper>(o.penalty);
+       }},
   };
   return all;
+}
+
+void MethodOptions::set(std::string_view method, std::string_view key, double value) {
+  if (method != "penalty")
+    refuse("method " + std::string(method), "setting", key, "needs the method penalty: others have none");
+  if (key == "stiffness")
+    penalty.stiffness = value;
+  else if (key == "damping")
+    penalty.damping = value;
+  else if (key == "slip_speed")
+    penalty.slip_speed = value;
+  else if (key == "explicit" && (value == 0 || value == 1))
+    penalty.explicit_forces = value == 1;
+  else if (key == "explicit")
+    refuse("method penalty", "explicit", value, "needs to be 0 or 1");
+  else
+    refuse("method penalty", "setting", key, "needs to be stiffness, damping, slip_speed or explicit");
+  (void)PenaltyStepper(penalty);  // refuses values that it cannot take
 }
 
 const Method& method(std::string_view name) {

@@ -39,6 +39,25 @@ double largest_or_nan(double a, double b) {
   return std::isnan(a) || std::isnan(b) ? not_set : std::max(a, b);
 }
 
+/// How often contacts and joints are in another mode than in the step before.
+int switches_of(const Trajectory& run) {
+  int switches = 0;
+  StepReport before;
+  for (std::size_t i = 0; i < run.steps(); ++i) {
+    StepReport now = run.report(i);
+    const auto changed = [](const auto& a, const auto& b) { return a.mode != b.mode; };
+    if (i > 0 && now.contacts.size() == before.contacts.size())
+      for (std::size_t k = 0; k < now.contacts.size(); ++k)
+        switches += changed(now.contacts[k], before.contacts[k]);
+    else if (i > 0)
+      ++switches;  // contacts came into reach, or left it
+    for (std::size_t k = 0; i > 0 && k < std::min(now.joints.size(), before.joints.size()); ++k)
+      switches += changed(now.joints[k], before.joints[k]);
+    before = std::move(now);
+  }
+  return switches;
+}
+
 struct LevelErrors {
   int n = 0;  // the least of the level
   double h = 0, q = 0, v = 0;
@@ -46,10 +65,6 @@ struct LevelErrors {
 };
 
 }  // namespace
-
-std::string_view name_of(OrderReference reference) {
-  return reference == OrderReference::Exact ? "exact" : "limit";
-}
 
 std::string parameter_of(const Stepper& stepper) {
   if (stepper.edges() > 0) return "edges=" + std::to_string(stepper.edges());
@@ -104,12 +119,27 @@ ScenePlan::ScenePlan(const ConvergenceStudy& study) : study_(study) {
   if (study_.steps.empty()) study_.steps = ladder(t_end_ - s.start.t);
   counts_ = run_numbers(t_end_ - s.start.t, study_.steps, study.envelope);
 
-  if (!s.exact) return;
-  State end = s.exact(t_end_);
-  if (!end.q.allFinite() || !end.nu.allFinite()) return;  // not known so far
-  exact_ = std::move(end);
-  if (study.velocity != VelocityMeasure::AtEnd)
-    exact_velocity_ = velocity_path(s.model, s.exact, s.start.t, t_end_);
+  if (study.reference == ReferenceChoice::Exact || study.reference == ReferenceChoice::Automatic)
+    reference_ = exact_reference(s, t_end_, study.velocity);
+  if (study.reference == ReferenceChoice::Exact && !reference_)
+    refuse("ConvergenceStudy", "reference", "exact",
+           "needs a scene whose exact motion is known up to t_end: " + s.name + " is none");
+  to_find_ = !reference_ && study.reference != ReferenceChoice::OwnLimit;
+  if (study.reference == ReferenceChoice::OwnLimit)
+    reference_ = {.kind = OrderReference::Limit,
+                  .words = "no reference: each method against its own limit, which may be a wrong one"};
+}
+
+void ScenePlan::find_reference() {
+  if (!to_find_) return;
+  ReferenceOptions options{.velocity = study_.velocity};
+  for (const std::vector<int>& level : counts_) options.steps = std::max(options.steps, level.front());
+  reference_ = confirmed_reference(study_.scene, t_end_, options);
+  to_find_ = false;
+}
+
+bool ScenePlan::polygon_fits(const Stepper& method) const {
+  return method.edges() == 0 || polygon_is_exact(study_.scene, reference_.motion, method.edges(), t_end_);
 }
 
 StudyRun ScenePlan::run(Stepper& stepper, int level, int n) const {
@@ -134,25 +164,32 @@ StudyRun ScenePlan::run(Stepper& stepper, int level, int n) const {
   result.seconds = best_cpu_seconds(compute, study_.timing);
   result.steps = static_cast<int>(run.steps());
   for (std::size_t i = 0; i < run.steps(); ++i) result.iterations += run.figures(i).iterations;
+  result.switches = switches_of(run);
   if (result.failed) return result;
 
   result.end = run.back();
-  if (!exact_) return result;
-  result.error_q = configuration_error(s.model, result.end, *exact_);
+  if (!reference_.motion) return result;
+  result.error_q = configuration_error(s.model, result.end, reference_.end);
   if (study_.velocity == VelocityMeasure::AtEnd) {
-    result.error_v = velocity_error(s.model, result.end, *exact_);
+    result.error_v = velocity_error(s.model, result.end, reference_.end);
     return result;
   }
   const VelocityPath path = velocity_path(s.model, run);
   result.error_v =
       study_.velocity == VelocityMeasure::L1
-          ? l1_distance(path, *exact_velocity_)
-          : graph_distance(path, *exact_velocity_, exact_velocity_->v.cwiseAbs().maxCoeff() / length);
+          ? l1_distance(path, *reference_.velocity)
+          : graph_distance(path, *reference_.velocity, reference_.velocity->v.cwiseAbs().maxCoeff() / length);
   return result;
 }
 
 ConvergenceTable ScenePlan::tabulate(std::vector<StudyRun> runs, const std::vector<Stepper*>& methods) const {
-  ConvergenceTable table{.scene = study_.scene.name, .runs = std::move(runs), .orders = {}};
+  ConvergenceTable table{.scene = study_.scene.name,
+                         .runs = std::move(runs),
+                         .orders = {},
+                         .reference = reference_.kind,
+                         .bar_q = reference_.bar_q,
+                         .bar_v = reference_.bar_v,
+                         .words = reference_.words};
   for (const Stepper* method : methods) {
     std::vector<StudyRun*> own;
     for (StudyRun& run : table.runs)
@@ -166,6 +203,7 @@ void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
                            ConvergenceTable& table) const {
   if (chooses_steps(method)) {  // its errors follow a tolerance
     OrderRow row{.method = std::string(method.name()), .parameter = parameter_of(method)};
+    row.reference = reference_.motion ? reference_.kind : OrderReference::None;
     row.q.note = "chooses its steps";
     row.q.points = static_cast<int>(runs.size());
     for (const StudyRun* run : runs) row.failed += run->failed;
@@ -174,14 +212,14 @@ void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
   }
   const Model& model = study_.scene.model;
   const double length = t_end_ - study_.scene.start.t;
-  const bool tends_to_exact =
-      exact_ && (method.edges() == 0 || polygon_is_exact(study_.scene, method.edges(), t_end_));
+  const bool known = reference_.motion != nullptr, own = reference_.kind == OrderReference::Limit;
+  const bool tends_to_it = known && polygon_fits(method);
 
   // the two levels of the smallest steps that have an answer, and what they tend to
   const StudyRun *fine = nullptr, *coarse = nullptr;
   const auto by_n = [](const StudyRun* a, const StudyRun* b) { return a->n < b->n; };
   std::vector<StudyRun*> answered;
-  for (std::size_t level = 0; level < counts_.size() && !tends_to_exact; ++level)
+  for (std::size_t level = 0; level < counts_.size() && !tends_to_it; ++level)
     for (StudyRun* run : runs)
       if (run->level == static_cast<int>(level) && run->n == counts_[level].front() && !run->failed)
         answered.push_back(run);
@@ -197,7 +235,7 @@ void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
   for (StudyRun* run : runs) {
     if (!limit || run->failed) continue;
     run->error_limit = configuration_error(model, run->end, *limit);
-    if (exact_) continue;
+    if (!own) continue;
     run->error_q = run->error_limit;
     run->error_v = velocity_error(model, run->end, *limit);
   }
@@ -212,20 +250,20 @@ void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
       level.q = largest_or_nan(level.q, run->error_q);
       level.v = largest_or_nan(level.v, run->error_v);
       level.q_limit = largest_or_nan(level.q_limit, run->error_limit);
-      const bool known = limit && !run->failed;
+      const bool there = limit && !run->failed;
       level.v_limit =
-          largest_or_nan(level.v_limit, known ? velocity_error(model, run->end, *limit) : not_set);
+          largest_or_nan(level.v_limit, there ? velocity_error(model, run->end, *limit) : not_set);
     }
     if (any) levels.push_back(level);
   }
 
   const State& start = study_.scene.start;
-  const State& end = exact_ ? *exact_ : limit ? *limit : start;
+  const State& end = known ? reference_.end : limit ? *limit : start;
   const auto row = [&](OrderReference reference) {
     OrderRow result{.method = std::string(method.name()), .parameter = parameter_of(method)};
     result.reference = reference;
     const bool to_limit = reference == OrderReference::Limit;
-    if (to_limit || tends_to_exact) result.expected = expected_order(study_.scene.name, method);
+    if (to_limit || tends_to_it) result.expected = expected_order(study_.scene.name, method);
     std::vector<double> h, q, v, q_rounding, v_rounding;
     for (const LevelErrors& level : levels) {
       if (to_limit && limit && level.n >= coarse->n) continue;  // the limit was made of them
@@ -235,17 +273,19 @@ void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
       q_rounding.push_back(round_off(level.n, start.q, end.q));
       v_rounding.push_back(round_off(level.n, start.nu, end.nu));
     }
-    result.q = observed_order(h, q, q_rounding);
-    result.v = observed_order(h, v, v_rounding);
+    result.q = observed_order(h, q, q_rounding, {.bar = to_limit ? 0 : reference_.bar_q});
+    result.v = observed_order(h, v, v_rounding, {.bar = to_limit ? 0 : reference_.bar_v});
     for (const StudyRun* run : runs) result.failed += run->failed;
+    result.why = why_not_expected(result, {runs.begin(), runs.end()});
     return result;
   };
-  if (exact_) table.orders.push_back(row(OrderReference::Exact));
-  if (!tends_to_exact) table.orders.push_back(row(OrderReference::Limit));
+  if (known) table.orders.push_back(row(reference_.kind));
+  if (!tends_to_it) table.orders.push_back(row(OrderReference::Limit));
 }
 
 ConvergenceTable ConvergenceStudy::run(const std::vector<Stepper*>& methods) const {
-  const ScenePlan plan(*this);
+  ScenePlan plan(*this);
+  plan.find_reference();
   std::vector<StudyRun> runs;
   for (Stepper* method : methods) {
     if (method == nullptr) refuse("ConvergenceStudy::run", "methods", "null", "needs steppers");

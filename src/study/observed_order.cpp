@@ -63,7 +63,7 @@ ObservedOrder observed_order(const std::vector<double>& h, const std::vector<dou
   if (error.size() != h.size() || round_off.size() != h.size())
     refuse("observed_order", "error", static_cast<double>(error.size()), "needs as many entries as h");
   std::vector<Point> points;
-  int failed = 0, rounded = 0;
+  int failed = 0, rounded = 0, barred = 0;
   for (std::size_t i = 0; i < h.size(); ++i) {
     if (!(h[i] > 0)) refuse("observed_order", "h", h[i], "needs to be positive [s]");
     if (error[i] < 0) refuse("observed_order", "error", error[i], "needs not to be negative");
@@ -71,6 +71,8 @@ ObservedOrder observed_order(const std::vector<double>& h, const std::vector<dou
       ++failed;
     else if (error[i] <= round_off[i])
       ++rounded;
+    else if (error[i] <= options.bar)
+      ++barred;
     else
       points.push_back({h[i], error[i]});
   }
@@ -82,11 +84,15 @@ ObservedOrder observed_order(const std::vector<double>& h, const std::vector<dou
   };
   if (failed > 0) add(result.note, count(failed, "without an answer"));
   if (rounded > 0) add(result.note, count(rounded, "at round-off"));
+  if (barred > 0) add(result.note, count(barred, "within the reference's bar"));
   if (rounded > 0 && rounded == static_cast<int>(h.size())) {
     result.note = "exact to round-off";
     return result;
   }
   result.points = static_cast<int>(points.size());
+  if (!points.empty()) result.h_least = points.front().h, result.h_most = points.back().h;
+  for (std::size_t i = points.size(); i-- > 1;)
+    if (points[i].h > points[i - 1].h) result.local.push_back(slope({points[i - 1], points[i]}));
   if (!enough(points, points.size(), options)) {
     add(result.note, "too few points for an order");
     return result;

@@ -19,9 +19,14 @@ constexpr double alignment = 1e-6;  // [rad] between the friction and a vertex
 
 bool polygon_is_exact(const Scene& scene, int edges, double t_end) {
   if (!scene.exact) refuse("polygon_is_exact", "scene", scene.name, "needs an exact motion");
+  return polygon_is_exact(scene, scene.exact, edges, t_end);
+}
+
+bool polygon_is_exact(const Scene& scene, const std::function<State(double)>& motion, int edges,
+                      double t_end) {
   Instant instant;
   for (int i = 0; i < samples; ++i) {
-    const State x = scene.exact(scene.start.t + (i + 0.5) / samples * (t_end - scene.start.t));
+    const State x = motion(scene.start.t + (i + 0.5) / samples * (t_end - scene.start.t));
     if (!x.q.allFinite() || !x.nu.allFinite() || x.nu.size() == 0) continue;
     evaluate(scene.model, x, instant);
     const double length = x.q.lpNorm<Eigen::Infinity>(), speed = x.nu.lpNorm<Eigen::Infinity>();

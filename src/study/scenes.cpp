@@ -2,9 +2,17 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "perp/step/methods.hpp"
+#include "study/scene_grip.hpp"
 #include "study/scene_parts.hpp"
 
 namespace perp {
+
+void apply_method_settings(const Scene& scene, std::string_view method, MethodOptions& options) {
+  const auto own = scene.method_settings.find(std::string(method));
+  if (own == scene.method_settings.end()) return;
+  for (const auto& [key, value] : own->second) options.set(method, key, value);
+}
 
 double Parameters::number(std::string_view name, double otherwise, std::string_view what, Allowed allowed) {
   const auto found = set_.find(name);
@@ -114,6 +122,7 @@ constexpr BuiltIn built_in[] = {
     {"free-spin", free_spin},
     {"wedge", wedge},
     {"peg", peg},
+    {"grip", grip},
     {"sunk-box", sunk_box},
     {"creep", creep},
     {"sliding-cube", sliding_cube},

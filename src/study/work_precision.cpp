@@ -32,8 +32,9 @@ std::vector<WorkLine> work_lines(const ConvergenceTable& table) {
     }
     Level& level = levels[index][run.level];
     level.seconds += run.seconds;
-    level.error = std::max(level.error, run.error_q);
-    level.whole = level.whole && !run.failed && std::isfinite(run.error_q);
+    const double error = table.bar_q > 0 ? above_bar(run.error_q, table.bar_q) : run.error_q;
+    level.error = std::max(level.error, error);
+    level.whole = level.whole && !run.failed && std::isfinite(error);
     ++level.runs;
   }
   for (std::size_t i = 0; i < lines.size(); ++i)

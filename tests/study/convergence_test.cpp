@@ -118,11 +118,14 @@ TEST_CASE("a run that fails is a row with what it said, and the others still sho
   CHECK(table.order("fails") == Approx(2).epsilon(1e-6));
 }
 
-TEST_CASE("without an exact motion a method is held against its own limit", "[convergence]") {
+TEST_CASE("a method is held against its own limit where that is asked for", "[convergence]") {
   Scene s = still_particle();
   s.exact = {};
   FakeStepper fake(square);
-  const ConvergenceTable table = study_of(std::move(s)).run({&fake});
+  ConvergenceStudy study = study_of(std::move(s));
+  study.reference = ReferenceChoice::OwnLimit;
+  const ConvergenceTable table = study.run({&fake});
+  CHECK(table.reference == OrderReference::Limit);
   REQUIRE(table.orders.size() == 1);
   CHECK(table.orders[0].reference == OrderReference::Limit);
   CHECK(table.orders[0].q.points == 6);  // the two smallest steps made the limit
@@ -260,6 +263,52 @@ TEST_CASE("a study refuses what it cannot run", "[convergence]") {
   study.envelope = 1;
   study.t_end = 0;
   CHECK_THROWS_AS(study.run({&fake}), std::invalid_argument);
+}
+
+TEST_CASE("local slopes go from the largest steps to the smallest, with the range of the fit",
+          "[convergence]") {
+  const std::vector<double> h = {0.1, 0.05, 0.025, 0.0125}, error = {8e-2, 2e-2, 1e-2, 5e-3};
+  const ObservedOrder order = observed_order(h, error, std::vector<double>(4, 0));
+  REQUIRE(order.local.size() == 3);
+  CHECK(order.local[0] == Approx(2));
+  CHECK(order.local[1] == Approx(1));
+  CHECK(order.local[2] == Approx(1));
+  CHECK(order.h_least == 0.0125);
+  CHECK(order.h_most == 0.1);
+  const ObservedOrder barred = observed_order(h, error, std::vector<double>(4, 0), {.bar = 6e-3});
+  CHECK(barred.note == "1 of 4 within the reference's bar");
+  CHECK(barred.points == 3);
+  CHECK(barred.h_least == 0.025);
+}
+
+TEST_CASE("an order that is not the expected one says why, and one that is says nothing", "[convergence]") {
+  OrderRow row{.method = "m", .parameter = "", .expected = 2};
+  StudyRun smooth, jumping;
+  jumping.switches = 3;
+  const auto why = [&](double order, std::vector<double> local, const std::string& note,
+                       const StudyRun& run) {
+    row.q.order = order;
+    row.q.local = std::move(local);
+    row.q.note = note;
+    return why_not_expected(row, {&run});
+  };
+  CHECK(why(2.05, {1, 3}, "", jumping).empty());
+  CHECK(why(1.44, {0.4, 2.5, 1.5}, "", jumping).find("events within h: modes change up to 3 times") == 0);
+  CHECK(why(1.44, {0.9, 1.5, 1.95}, "", smooth).find("the slope of the smallest is 1.95") !=
+        std::string::npos);
+  CHECK(why(1.2, {2, 1.2, 0.3}, "", smooth).find("a floor comes near") == 0);
+  CHECK(why(1.5, {1.6, 1.5, 1.4}, "3 of 8 at round-off", smooth).find("round-off: ") == 0);
+  CHECK(why(1.5, {1.6, 1.5, 1.4}, "3 of 8 within the reference's bar", smooth).find("reference's bar: ") ==
+        0);
+  CHECK(why(1.5, {1.6, 1.5, 1.4}, "", smooth) == "no event, floor, polygon, round-off or bar explains it");
+  CHECK(why(not_set, {}, "2 of 4 without an answer; too few points for an order", smooth) ==
+        "runs that failed leave fewer points");
+  row.q.floor = 0.06;
+  CHECK(why(not_set, {}, "stalls at 0.06", smooth) == "floor: smaller steps do not help below 0.06");
+  row.q.floor = not_set;
+  row.expected = not_set;
+  row.parameter = "edges=8";
+  CHECK(why(0.2, {}, "", smooth).find("a polygon (edges=8) has a motion of its own") != std::string::npos);
 }
 
 }  // namespace perp

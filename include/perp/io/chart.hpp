@@ -27,6 +27,7 @@ struct ChartSlope {
 struct ChartFloor {
   double y = 0;
   int colour = 0;
+  std::string what = {};  ///< words before the value
 };
 
 struct Chart {

@@ -23,6 +23,8 @@ struct StudyRequest {
   std::vector<double> tolerances = {1e-4, 1e-6, 1e-8, 1e-10, 1e-12};  ///< of methods that choose their steps
   int envelope = 1;
   VelocityMeasure velocity = VelocityMeasure::AtEnd;
+  ReferenceChoice reference = ReferenceChoice::Automatic;
+  SceneParameters set_method = {};  ///< settings of penalty (MethodOptions::set)
 };
 
 /// The measure called end, l1 or graph. Throws std::invalid_argument for another name.
@@ -43,12 +45,13 @@ struct StudyOptions {
 };
 
 struct StudyOutcome {
-  std::vector<ConvergenceTable> tables;  ///< one a scene, of the runs that are there; none of a shard
-  int planned = 0;                       ///< runs of this shard
-  int before = 0;                        ///< of these, found in the folder
-  int made = 0;                          ///< of these, made now
-  std::string no_pictures = {};          ///< why charts were not drawn, or empty
-  int failed = 0;                        ///< of those there: runs in which a step failed
+  std::vector<ConvergenceTable> tables;        ///< one a scene, of the runs that are there; none of a shard
+  int planned = 0;                             ///< runs of this shard
+  int before = 0;                              ///< of these, found in the folder
+  int made = 0;                                ///< of these, made now
+  std::string no_pictures = {};                ///< why charts were not drawn, or empty
+  int failed = 0;                              ///< of those there: runs in which a step failed
+  std::vector<std::string> no_reference = {};  ///< scenes without one that asked for it, and why
 
   int threads = 1;  ///< that ran: fewer than jobs where there was less to do, or the system gave no more
 

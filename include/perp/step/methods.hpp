@@ -7,6 +7,7 @@
 
 #include "perp/solve/friction_solver.hpp"
 #include "perp/step/event_driven.hpp"
+#include "perp/step/penalty_stepper.hpp"
 
 namespace perp {
 
@@ -18,6 +19,11 @@ struct MethodOptions {
   Integrator integrator = Integrator::Arkode;  ///< of `event`
   double look = not_set;                       ///< EventDrivenOptions::look [s], of `extrapolated` too
   Reactions reactions = Reactions::Any;        ///< that methods with steps of fixed size report
+  PenaltyOptions penalty = {};                 ///< of `penalty`
+
+  /// The setting `key` of a method: of penalty stiffness, damping, slip_speed, explicit (0 or 1). Throws std::invalid_argument for a
+  /// method without settings, another key, or a value that it cannot take.
+  void set(std::string_view method, std::string_view key, double value);
 };
 
 struct Method {

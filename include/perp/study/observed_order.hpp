@@ -19,7 +19,9 @@ struct ObservedOrder {
   double order =
       not_set;     ///< slope of log error over log h, with its sign: a diverging method has a negative one
   int points = 0;  ///< errors that the slope was fitted to
-  double floor = not_set;  ///< where the errors stall, if they do; same unit as they
+  std::vector<double> local = {};  ///< slopes between neighbours of these, the largest steps first
+  double h_least = not_set, h_most = not_set;  ///< the range that was fitted [s]
+  double floor = not_set;                      ///< where the errors stall, if they do; same unit as they
   std::string note =
       {};  ///< "stalls at 0.06", "exact to round-off", "2 of 8 without an answer"; empty if there is nothing to say
 
@@ -30,6 +32,7 @@ struct OrderOptions {
   int least_points = 3;       ///< fewer fit anything
   double least_span = 4;      ///< largest step over smallest, of the points fitted and of a stall
   double stall_range = 1.25;  ///< errors within this factor of each other have stalled
+  double bar = 0;             ///< of the reference: errors up to it are not known, and no points
 };
 
 /// The least-squares slope of log error over log h over the points above round-off, at any spacing. A point with an error

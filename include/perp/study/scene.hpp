@@ -35,7 +35,14 @@ struct Scene {
   /// no code with the model. Empty where neither is known (or not for these parameters); q and nu are NaN at times past
   /// which it is not. Just after an impact if t is the time of one, but the start at t = 0.
   std::function<State(double t)> exact;
+
+  /// What the scene sets of methods: [method.penalty] of its file, by name of the method and of the setting (MethodOptions::set).
+  std::map<std::string, std::map<std::string, double>> method_settings = {};
 };
+
+struct MethodOptions;
+/// The scene's settings of the method into `options`.
+void apply_method_settings(const Scene& scene, std::string_view method, MethodOptions& options);
 
 using SceneParameters = std::map<std::string, double, std::less<>>;
 

@@ -14,7 +14,7 @@ namespace perp {
 struct WorkLine {
   std::string method, parameter;
   std::vector<double> seconds;  ///< CPU time of one run [s]
-  std::vector<double> error;    ///< in configuration at T, against the exact motion where it is known
+  std::vector<double> error;    ///< in configuration at T, against the study's reference
 
   std::string label() const { return parameter.empty() ? method : method + ", " + parameter; }
   /// The least error reached in at most `budget` CPU seconds; infinity if no run is as quick.
