@@ -133,7 +133,7 @@ int map_of(const CLI::App& command, const StudyArguments& arguments) {
   if (request.scenes.size() != 1 || request.methods.empty())
     refuse("perp study", "--map", arguments.maps.front(), "needs one scene, and --methods");
   for (const char* option : {"--tolerances", "--edges", "--envelope", "--velocity", "--reference", "--shard",
-                             "--jobs", "--budget"})
+                             "--jobs", "--budget", "--sweep"})
     if (command.count(option) > 0) refuse("perp study", option, "given beside --map", "needs to be left out");
   AtlasRequest map{.scene = request.scenes.front(),
                    .methods = request.methods,
@@ -177,6 +177,9 @@ int study(const CLI::App& command, StudyArguments& arguments) {
   if (!arguments.shard.empty()) read_shard(arguments.shard, arguments.options);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) arguments.options.progress = show_on_terminal;
+  for (const char* option : {"--set-method", "--reference"})
+    if (arguments.sweep.given() && command.count(option) > 0)
+      refuse("perp study", option, "given beside --sweep", "needs to be left out");
   if (arguments.sweep.given())
     return run_sweep_command(command, arguments.sweep, arguments.request, arguments.options,
                              arguments.folder);
