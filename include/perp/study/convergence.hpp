@@ -37,7 +37,9 @@ struct StudyRun {
 };
 
 /// An error as a point: NaN where it is within the reference's bar, which is then all that is known of it.
-[[nodiscard]] inline double above_bar(double error, double bar) { return bar == 0 || error > bar ? error : not_set; }
+[[nodiscard]] inline double above_bar(double error, double bar) {
+  return bar == 0 || error > bar ? error : not_set;
+}
 
 /// A row of orders.csv.
 struct OrderRow {
