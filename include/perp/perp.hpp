@@ -60,6 +60,7 @@
 #include "perp/step/trajectory.hpp"
 #include "perp/step/user_event.hpp"
 
+#include "perp/study/accuracy.hpp"
 #include "perp/study/convergence.hpp"
 #include "perp/study/cpu_time.hpp"
 #include "perp/study/error_measure.hpp"

@@ -29,7 +29,15 @@ void read_method(const CLI::App& command, const RunArguments& arguments, RunReci
   const Method& chosen = method(recipe.method);
   const auto given = [&](const char* option) { return command.count(option) > 0; };
   const bool chooses = chosen.adaptive;
-  if (!chooses && !given("--step"))
+  if (given("--accuracy")) {
+    if (!(recipe.accuracy > 0))
+      refuse("perp run", "--accuracy", recipe.accuracy, "needs to be positive [m, rad]");
+    for (const char* other : {"--step", "--tolerance", "--order"})
+      if (given(other))
+        refuse("perp run", other, "given beside --accuracy",
+               "needs to be left out: the accuracy decides on step and tolerance");
+  }
+  if (!chooses && !given("--step") && !given("--accuracy"))
     refuse("perp run", "--step", "not given", "method " + recipe.method + " needs a step [s]");
   if (!chooses && given("--tolerance"))
     refuse("perp run", "--tolerance", recipe.options.tolerance,
@@ -159,6 +167,12 @@ void add_method_options(CLI::App* command, RunArguments& arguments) {
                    "rtol = atol of event and extrapolated; 1e-10 if not given")
       ->check(finite_number())
       ->type_name("R");
+  command
+      ->add_option("--accuracy", recipe.accuracy,
+                   "in place of step and tolerance: of positions [m] and angles [rad] at every row; "
+                   "report.csv has error_estimate")
+      ->check(finite_number())
+      ->type_name("A");
   command
       ->add_option("--order", recipe.options.order,
                    "of extrapolated, with --step: 4, 6, 8, any even number from 2 to 16")

@@ -1,6 +1,7 @@
 #include "cli/run_job.hpp"
 
 #include <unistd.h>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include "perp/core/errors.hpp"
 #include "perp/instant/reduced_system.hpp"
 #include "perp/io/scene_file.hpp"
+#include "perp/study/accuracy.hpp"
 
 namespace perp {
 namespace {
@@ -155,23 +157,49 @@ void summarise(const Scene& scene, const RunRecipe& recipe, const RunFolder& run
                 events ? ", events.csv" : "", folder.c_str());
 }
 
+/// What --accuracy asks for: the recipe gets its step or tolerance. The same for the same run, so that one can be taken up again.
+std::optional<AccuracyChoice> choose(const Scene& scene, const State& start, const RunManner& manner,
+                                     RunRecipe& recipe) {
+  if (std::isnan(recipe.accuracy)) return std::nullopt;
+  if (!scene.events.empty())
+    refuse("perp run", "--accuracy", recipe.accuracy, "needs a scene without events of its own");
+  AccuracyChoice choice = choose_for_accuracy(scene.model, start,
+                                              {.method = recipe.method,
+                                               .options = recipe.options,
+                                               .accuracy = recipe.accuracy,
+                                               .t_end = recipe.until});
+  recipe.options = choice.options;
+  recipe.step = choice.h;
+  if (manner.quiet) return choice;
+  if (std::isnan(choice.h))
+    std::printf("tolerance %s", shortest(choice.options.tolerance).c_str());
+  else
+    std::printf("step %s", shortest(choice.h).c_str());
+  if (method(recipe.method).polygonal) std::printf(", %d edges", choice.options.edges);
+  std::printf(": error %.1e m or rad by trial\n", choice.error);
+  return choice;
+}
+
 }  // namespace
 
 int run_into(const std::filesystem::path& folder, const RunRecord& record, const Scene& scene,
              const RunManner& manner, bool resume) {
-  const RunRecipe& recipe = record.recipe;
+  RunRecipe recipe = record.recipe;
   const std::unique_ptr<Stepper> first =
       make_stepper(recipe.method, recipe.options);  // refuses wrong options
   const bool adaptive = method(recipe.method).adaptive;
   const State start = start_of(scene, recipe, manner);
   if (!resume) judge_start(scene, recipe, start);
+  const std::optional<AccuracyChoice> choice = choose(scene, start, manner, recipe);
+  std::function<double(const State&)> error_estimate;
+  if (choice) error_estimate = [&](const State& x) { return choice->estimate(scene.model, x); };
 
   const Signals signals;  // before there is a folder that they could leave half begun
   RunFolder files(folder);
   std::optional<RunRestart> restart;
   if (resume) restart = RunFolder::restart_in(folder, record, scene.model);
   if (restart && restart->positions.empty()) restart.reset();
-  files.begin(record, scene.model, start, *first, restart, !scene.events.empty());
+  files.begin(record, scene.model, start, *first, restart, !scene.events.empty(), error_estimate);
 
   const auto begin = Clock::now();
   std::string stopped;
@@ -206,12 +234,15 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
       } while (!piece.reached && piece.stopped_by.empty() && stopped.empty());
       return piece;
     }();
-    const bool done = end.reached || !end.stopped_by.empty();
+    const bool done = end.reached || !end.stopped_by.empty(), accurate = !choice || choice->reached;
     if (!end.stopped_by.empty())
       stopped = "ended by event '" + end.stopped_by + "'" + at();
     else
       stopped = end.reached ? "reached T" : stopped + at();
-    status = done ? Done : ToleranceNotReached;
+    status = done && accurate ? Done : ToleranceNotReached;
+    if (!accurate)
+      say("--accuracy " + shortest(recipe.accuracy) + " was not reached by " + recipe.method + ": " +
+          choice->why);
     files.end(status, stopped, nullptr, done);
     if (!done) say(stopped + "; " + goes_on);
   } catch (const StepFailure& failure) {

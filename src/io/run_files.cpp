@@ -65,7 +65,8 @@ void add_joints(RunTable& file, const StepReport& report) {
   }
 }
 
-void add_figures(RunTable& file, const StepFigures& step) {
+/// `error`: null where there is no such column.
+void add_figures(RunTable& file, const StepFigures& step, const double* error) {
   const Residuals& r = step.residuals;
   file.cell(step.t).cell(step.h).cell(name_of(step.status)).cell(step.advanced() ? 1 : 0);
   file.cell(step.solver).cell(step.iterations);
@@ -75,6 +76,7 @@ void add_figures(RunTable& file, const StepFigures& step) {
         step.energy_surface, step.energy_overlap, step.energy_left, step.projection}) {
     file.cell(value);
   }
+  if (error != nullptr) file.cell(*error);
   file.end_row();
 }
 
@@ -125,11 +127,13 @@ struct RunFiles::Tables {
       : model(m),
         every(static_cast<std::size_t>(options.every)),
         taken(options.taken),
-        halves(options.halves) {}
+        halves(options.halves),
+        error_estimate(options.error_estimate) {}
 
   const Model& model;
   std::size_t every, taken;
   bool halves;
+  std::function<double(const State&)> error_estimate;
   std::map<std::string, std::unique_ptr<RunTable>> all;
   RunTable *trajectory = nullptr, *contacts = nullptr, *joints = nullptr, *report = nullptr,
            *events = nullptr;
@@ -143,7 +147,8 @@ struct RunFiles::Tables {
     add_state(*trajectory, model, x, row);
     add_contacts(*contacts, model, step, halves);
     add_joints(*joints, step);
-    add_figures(*report, step);
+    const double error = error_estimate ? error_estimate(x) : not_set;
+    add_figures(*report, step, error_estimate ? &error : nullptr);
   }
 };
 
@@ -168,7 +173,9 @@ RunFiles::RunFiles(const std::filesystem::path& folder, const Model& model, cons
   if (options.halves) contacts.push_back({"half"});
   tables_->contacts = open("contacts", contacts);
   tables_->joints = open("joints", columns(joint_columns));
-  tables_->report = open("report", columns(report_columns));
+  std::vector<RunColumn> report = columns(report_columns);
+  if (options.error_estimate) report.push_back({"error_estimate"});
+  tables_->report = open("report", report);
   if (options.events) tables_->events = open("events", columns(event_columns));
   if (options.positions.empty()) add_state(*tables_->trajectory, model, start, tables_->row);
   flush();
@@ -214,7 +221,7 @@ void RunFiles::finish(const StepReport* failed) {
   Tables& t = *tables_;
   if (t.pending) t.keep(t.last, t.last_report);
   t.pending = false;
-  if (failed != nullptr) add_figures(*t.report, *failed);
+  if (failed != nullptr) add_figures(*t.report, *failed, t.error_estimate ? &not_set : nullptr);
   for (const auto& [name, table] : t.all) table->close();
 }
 

@@ -107,7 +107,8 @@ RunRestart RunFolder::restart_in(const std::filesystem::path& folder, const RunR
 }
 
 void RunFolder::begin(const RunRecord& record, const Model& model, const State& start, const Stepper& stepper,
-                      const std::optional<RunRestart>& restart, bool events) {
+                      const std::optional<RunRestart>& restart, bool events,
+                      const std::function<double(const State&)>& error_estimate) {
   record_ = record;
   if (record_.start.empty()) record_.start = utc_now();
   record_.end.clear();
@@ -117,7 +118,10 @@ void RunFolder::begin(const RunRecord& record, const Model& model, const State& 
   RunFilesOptions options{.every = record.recipe.every,
                           .hdf5 = record.recipe.format == "hdf5",
                           .halves = stepper.halves(),
-                          .events = events || !restarts_};
+                          .events = events || !restarts_,
+                          .taken = 0,
+                          .positions = {},
+                          .error_estimate = error_estimate};
   if (restart) {
     summary_ = restart->so_far;
     options.taken = summary_.steps;

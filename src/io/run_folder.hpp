@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "core/files.hpp"
@@ -51,7 +52,8 @@ class RunFolder final : public RunSink {
 
   /// Rows of a run from `start`, or of one that is taken up again, by a method as `stepper`; `events`: the scene has some.
   void begin(const RunRecord& record, const Model& model, const State& start, const Stepper& stepper,
-             const std::optional<RunRestart>& restart, bool events = false);
+             const std::optional<RunRestart>& restart, bool events = false,
+             const std::function<double(const State&)>& error_estimate = {});
   void step(const State& x, const StepReport& report) override;
   void event(const Event& event) override;
   /// The rows are whole, and run.json says how it ended; `complete`: nothing is left to be done.

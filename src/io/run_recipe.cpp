@@ -36,6 +36,7 @@ Json method_of(const RunRecipe& r) {
   return {{"method", r.method},
           {"step", number(r.step)},
           {"tolerance", r.options.tolerance},
+          {"accuracy", number(r.accuracy)},
           {"order", r.options.order},
           {"edges", r.options.edges},
           {"integrator", name_of(r.options.integrator)},
@@ -106,7 +107,8 @@ RunRecord read_record(const std::string& text, const std::string& file) {
     r.method = run.at("method").get<std::string>();
     r.step = number_of(run.at("step"));
     r.options.tolerance = run.at("tolerance").get<double>();
-    if (run.contains("order")) r.options.order = run.at("order").get<int>();  // not in older records
+    if (run.contains("accuracy")) r.accuracy = number_of(run.at("accuracy"));  // not in older records
+    if (run.contains("order")) r.options.order = run.at("order").get<int>();   // not in older records
     r.options.edges = run.at("edges").get<int>();
     r.options.integrator = integrator_named(run.at("integrator").get<std::string>());
     if (run.contains("look")) r.options.look = number_of(run.at("look"));  // not in older records

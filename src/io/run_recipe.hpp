@@ -19,6 +19,7 @@ struct RunRecipe {
   std::string method;
   MethodOptions options = {};
   double step = not_set, until = not_set;  ///< [s]
+  double accuracy = not_set;               ///< [m, rad]; the step or the tolerance are chosen for it
   int every = 1;
   bool assemble = false, allow_overlap = false;
   std::string format = "csv";

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -23,6 +24,8 @@ struct RunFilesOptions {
   bool events = false;          ///< of RunFiles: whether there is a table of events
   std::size_t taken = 0;        ///< steps that the tables already have, of a run that is taken up again
   RunPositions positions = {};  ///< of these; what follows them is given up
+  /// If there is one: of each state kept its distance from the motion [m, rad], in a last column error_estimate of report.csv.
+  std::function<double(const State&)> error_estimate = {};
 };
 
 /// A run of a model as files in a folder, written while it goes on. All vectors in world axes, units SI, angles in radians.
@@ -35,7 +38,7 @@ struct RunFilesOptions {
 ///   column, half: 0 the sum, 1 and 2 its halves, each with its own normal (StepReport::halves), f over h too.
 /// report.csv: t,h,status,advanced,solver,iterations,res_newton_euler,res_kinematic,res_joints,res_normal,res_friction,
 ///   gap_min,joint_error,energy,energy_friction,energy_impact,energy_load,energy_motor,energy_surface,energy_overlap,energy_left,
-///   projection: the StepFigures of the steps kept; advanced is 1 or 0; nan where the method has no such part.
+///   projection: the StepFigures of the steps kept; advanced is 1 or 0; nan where the method has no such part. error_estimate, if asked for.
 /// joints.csv: t,joint,coordinate,rate,fx,fy,fz,mx,my,mz,friction,mode: a row for each coordinate of each joint (JOINT.COORDINATE
 ///   where it has several; a joint that has none has one row without) in a step kept; coordinate and rate at the step's end; f and m
 ///   what the joint's equations give to b at its anchor there, world axes [N, N m], friction what its dry friction gives along
