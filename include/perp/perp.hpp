@@ -66,6 +66,7 @@
 #include "perp/study/error_measure.hpp"
 #include "perp/study/fit.hpp"
 #include "perp/study/friction_families.hpp"
+#include "perp/study/impulse_path.hpp"
 #include "perp/study/observed_order.hpp"
 #include "perp/study/reference.hpp"
 #include "perp/study/scene.hpp"

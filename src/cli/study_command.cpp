@@ -243,6 +243,9 @@ void add_study_command(CLI::App& perp, int& status) {
       ->type_name("K");
   command->add_option("--velocity", arguments->velocity, "error_v: end (at T), l1 or graph (over the run)")
       ->type_name("MEASURE");
+  command->add_flag(
+      "--over-run", request.over_run,
+      "error_path and error_p too: the largest errors of configuration and of impulses over the run");
   command
       ->add_option("--reference", arguments->reference,
                    "what errors are counted from: exact, event, extrapolated or own-limit; exact where it is "

@@ -58,7 +58,7 @@ std::string failures_page(const std::vector<ExamAnswer>& answers) {
   for (const ExamAnswer& a : answers)
     if (std::find(methods.begin(), methods.end(), a.method) == methods.end()) methods.push_back(a.method);
   std::ostringstream out;
-  out << "# Where methods fail\n\nWritten by `perp exam --all --out DIR` (perp " << version
+  out << "# Where methods fail\n\nWritten by `perp exam METHOD... --out DIR` (perp " << version
       << "), which puts each question to every method with one step and one tolerance; DIR/exam.csv has all "
          "numbers. *right*: "
          "within the tolerance. *said so*: a step failed and said why. Otherwise the quantity that is wrong, "

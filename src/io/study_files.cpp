@@ -56,28 +56,31 @@ std::string why_empty(const ConvergenceTable& table, const std::string& method,
 
 void write_study_csv(const std::filesystem::path& path, const std::vector<ConvergenceTable>& tables) {
   CsvFile csv(path, {"scene", "method", "parameter", "h", "rtol", "error_q", "error_v", "seconds", "steps",
-                     "iterations", "failed", "error_limit", "message", "reference", "bar_q", "bar_v"});
+                     "iterations", "failed", "error_limit", "message", "reference", "bar_q", "bar_v",
+                     "error_path", "error_p"});
   for (const ConvergenceTable& table : tables)
     for (const StudyRun& run : table.runs) {
       csv.cell(table.scene).cell(run.method).cell(run.parameter).cell(run.h).cell(run.rtol);
       csv.cell(above_bar(run.error_q, table.bar_q)).cell(above_bar(run.error_v, table.bar_v));
       csv.cell(run.seconds).cell(run.steps).cell(run.iterations);
       csv.cell(run.failed).cell(run.error_limit).cell(run.message);
-      csv.cell(reference_of(table)).cell(table.bar_q).cell(table.bar_v).end_row();
+      csv.cell(reference_of(table)).cell(table.bar_q).cell(table.bar_v);
+      csv.cell(above_bar(run.error_path, table.bar_q)).cell(run.error_p).end_row();
     }
   csv.finish();
 }
 
 void write_orders_csv(const std::filesystem::path& path, const std::vector<ConvergenceTable>& tables) {
   CsvFile csv(path, {"scene", "method", "parameter", "reference", "order", "order_v", "points", "expected",
-                     "failed", "note", "bar", "h_least", "h_most", "slopes", "why"});
+                     "failed", "note", "bar", "h_least", "h_most", "slopes", "why", "order_path", "order_p"});
   for (const ConvergenceTable& table : tables)
     for (const OrderRow& row : table.orders) {
       csv.cell(table.scene).cell(row.method).cell(row.parameter).cell(name_of(row.reference));
       csv.cell(row.q.order).cell(row.v.order).cell(row.q.points).cell(row.expected);
       csv.cell(row.failed).cell(note_of(row));
       csv.cell(row.reference == OrderReference::Limit ? not_set : table.bar_q);
-      csv.cell(row.q.h_least).cell(row.q.h_most).cell(local_slopes(row.q)).cell(row.why).end_row();
+      csv.cell(row.q.h_least).cell(row.q.h_most).cell(local_slopes(row.q)).cell(row.why);
+      csv.cell(row.path.order).cell(row.p.order).end_row();
     }
   csv.finish();
 }

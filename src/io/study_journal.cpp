@@ -40,14 +40,14 @@ int count(const std::string& text) {
 std::string cells_of(const std::string& key, const StudyRun& run) {
   std::string text = "R\t" + cell(key) + "\t" + std::to_string(run.n);
   for (const double x : {run.h, run.error_q, run.error_v, run.seconds, double(run.steps), run.iterations,
-                         double(run.failed), double(run.switches), run.end.t})
+                         double(run.failed), double(run.switches), run.error_path, run.error_p, run.end.t})
     text += "\t" + shortest(x);
   return text + "\t" + as_text(run.end.q) + "\t" + as_text(run.end.nu) + "\t" + cell(run.message);
 }
 
 StudyRun run_of(const std::vector<std::string>& cells) {
   StudyRun run;
-  if (cells.size() != 16) throw std::runtime_error("not the cells of a run");
+  if (cells.size() != 18) throw std::runtime_error("not the cells of a run");
   run.n = count(cells[3]);
   run.h = number_in(cells[4]);
   run.error_q = number_in(cells[5]);
@@ -57,8 +57,10 @@ StudyRun run_of(const std::vector<std::string>& cells) {
   run.iterations = number_in(cells[9]);
   run.failed = count(cells[10]);
   run.switches = count(cells[11]);
-  run.end = {.t = number_in(cells[12]), .q = vector_in(cells[13]), .nu = vector_in(cells[14])};
-  run.message = cells[15];
+  run.error_path = number_in(cells[12]);
+  run.error_p = number_in(cells[13]);
+  run.end = {.t = number_in(cells[14]), .q = vector_in(cells[15]), .nu = vector_in(cells[16])};
+  run.message = cells[17];
   return run;
 }
 

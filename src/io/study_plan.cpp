@@ -92,11 +92,13 @@ StudyPlan plan_study(const StudyRequest& request, int shards, const TimingOption
     study.velocity = request.velocity;
     study.timing = timing;
     study.reference = request.reference;
+    study.over_run = request.over_run;
     plan.scenes.emplace_back(study);
 
     std::string identity = std::string(version) + " " + shortest(T) + " " +
                            std::string(name_of(request.velocity)) + " " +
                            std::string(name_of(request.reference));
+    if (request.over_run) identity += " over-run";
     if (!plan.scenes.back().reference()) identity += " of " + steps_of(plan.scenes.back().counts());
     for (const auto& [key, value] : request.set) identity += " " + key + "=" + shortest(value);
     if (is_file(name)) identity += "\n" + contents(name);
@@ -150,6 +152,7 @@ std::string write_request(const StudyRequest& request) {
   for (const double tolerance : request.tolerances) line("tolerance", shortest(tolerance));
   line("envelope", std::to_string(request.envelope));
   line("velocity", name_of(request.velocity));
+  if (request.over_run) line("over-run", "1");
   if (request.reference != ReferenceChoice::Automatic) line("reference", name_of(request.reference));
   return text;
 }
@@ -187,6 +190,8 @@ StudyRequest read_request(const std::filesystem::path& file) {
       request.envelope = number<int>("envelope", value, need);
     else if (word == "velocity")
       request.velocity = velocity_measure(value);
+    else if (word == "over-run")
+      request.over_run = true;
     else if (word == "reference")
       request.reference = reference_named(value);
     else

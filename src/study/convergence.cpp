@@ -5,7 +5,9 @@
 #include <cmath>
 #include <set>
 
+#include "instant/scales.hpp"
 #include "perp/core/errors.hpp"
+#include "perp/instant/instant.hpp"
 #include "perp/step/simulate.hpp"
 
 namespace perp {
@@ -62,6 +64,7 @@ struct LevelErrors {
   int n = 0;  // the least of the level
   double h = 0, q = 0, v = 0;
   double q_limit = 0, v_limit = 0;
+  double path = 0, p = 0;
 };
 
 }  // namespace
@@ -131,8 +134,21 @@ ScenePlan::ScenePlan(const ConvergenceStudy& study) : study_(study) {
 }
 
 void ScenePlan::find_reference() {
+  find_motion();
+  if (!study_.over_run || !reference_.motion || reference_.impulses) return;
+  const Scene& s = study_.scene;
+  int finest = 1;
+  for (const std::vector<int>& level : counts_) finest = std::max(finest, level.front());
+  reference_.impulses = reference_impulses(s, t_end_, (t_end_ - s.start.t) / finest);
+  Instant start;
+  evaluate(s.model, s.start, start);
+  reference_.length = scales_of(s.model, s.start, start).length;
+}
+
+void ScenePlan::find_motion() {
   if (!to_find_) return;
   ReferenceOptions options{.velocity = study_.velocity};
+  if (study_.reference == ReferenceChoice::Extrapolated) options.by = ReferenceChoice::Extrapolated;
   for (const std::vector<int>& level : counts_) options.steps = std::max(options.steps, level.front());
   reference_ = confirmed_reference(study_.scene, t_end_, options);
   to_find_ = false;
@@ -169,6 +185,14 @@ StudyRun ScenePlan::run(Stepper& stepper, int level, int n) const {
 
   result.end = run.back();
   if (!reference_.motion) return result;
+  if (study_.over_run) {
+    result.error_path = 0;
+    for (std::size_t i = 0; i < run.size(); ++i)
+      result.error_path = std::max(result.error_path,
+                                   configuration_error(s.model, run.state(i), reference_.motion(run.t(i))));
+    if (reference_.impulses)
+      result.error_p = impulse_error(impulse_path(s.model, run), *reference_.impulses, reference_.length);
+  }
   result.error_q = configuration_error(s.model, result.end, reference_.end);
   if (study_.velocity == VelocityMeasure::AtEnd) {
     result.error_v = velocity_error(s.model, result.end, reference_.end);
@@ -249,6 +273,8 @@ void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
       any = true;
       level.q = largest_or_nan(level.q, run->error_q);
       level.v = largest_or_nan(level.v, run->error_v);
+      level.path = largest_or_nan(level.path, run->error_path);
+      level.p = largest_or_nan(level.p, run->error_p);
       level.q_limit = largest_or_nan(level.q_limit, run->error_limit);
       const bool there = limit && !run->failed;
       level.v_limit =
@@ -264,17 +290,24 @@ void ScenePlan::add_orders(const Stepper& method, std::vector<StudyRun*> runs,
     result.reference = reference;
     const bool to_limit = reference == OrderReference::Limit;
     if (to_limit || tends_to_it) result.expected = expected_order(study_.scene.name, method);
-    std::vector<double> h, q, v, q_rounding, v_rounding;
+    std::vector<double> h, q, v, path, p, q_rounding, v_rounding, none;
     for (const LevelErrors& level : levels) {
       if (to_limit && limit && level.n >= coarse->n) continue;  // the limit was made of them
       h.push_back(level.h);
       q.push_back(to_limit ? level.q_limit : level.q);
       v.push_back(to_limit ? level.v_limit : level.v);
+      path.push_back(level.path);
+      p.push_back(level.p);
+      none.push_back(0);
       q_rounding.push_back(round_off(level.n, start.q, end.q));
       v_rounding.push_back(round_off(level.n, start.nu, end.nu));
     }
     result.q = observed_order(h, q, q_rounding, {.bar = to_limit ? 0 : reference_.bar_q});
     result.v = observed_order(h, v, v_rounding, {.bar = to_limit ? 0 : reference_.bar_v});
+    if (!to_limit && study_.over_run) {
+      result.path = observed_order(h, path, q_rounding, {.bar = reference_.bar_q});
+      result.p = observed_order(h, p, none);
+    }
     for (const StudyRun* run : runs) result.failed += run->failed;
     result.why = why_not_expected(result, {runs.begin(), runs.end()});
     return result;

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "perp/core/errors.hpp"
+#include "perp/step/extrapolated.hpp"
 #include "perp/step/methods.hpp"
 #include "perp/step/ncp2_stepper.hpp"
 #include "perp/step/simulate.hpp"
@@ -100,18 +102,22 @@ FixedStepLimit fixed_step_limit(const Scene& scene, double t_end, int least, Vel
   return result;
 }
 
-/// A run of `event`; `fault` says why there is none.
+/// A run of `event` or `extrapolated`; `fault` says why there is none.
 struct EventRun {
   std::shared_ptr<Trajectory> run;
-  std::shared_ptr<EventDriven> method;  // what Trajectory::at asks
+  std::shared_ptr<Stepper> method;  // what Trajectory::at asks
   std::string fault = {};
 };
 
-EventRun event_run(const Scene& scene, double t_end, double rtol) {
+EventRun event_run(const Scene& scene, double t_end, double rtol, bool extrapolated) {
   EventRun result;
   const auto attempt = [&](double look) {
-    EventDrivenOptions options{.rtol = rtol, .look = look, .max_evaluations = evaluations};
-    result.method = std::make_shared<EventDriven>(options);
+    if (extrapolated)
+      result.method = std::make_shared<Extrapolated>(
+          ExtrapolatedOptions{.rtol = rtol, .look = look, .max_evaluations = evaluations});
+    else
+      result.method = std::make_shared<EventDriven>(
+          EventDrivenOptions{.rtol = rtol, .look = look, .max_evaluations = evaluations});
     result.run =
         std::make_shared<Trajectory>(simulate(scene.model, *result.method, scene.start, {.t_end = t_end}));
   };
@@ -119,7 +125,7 @@ EventRun event_run(const Scene& scene, double t_end, double rtol) {
     attempt(not_set);
     if (result.run->unseen > 0) attempt((t_end - scene.start.t) / looks);
   } catch (const StepFailure& failure) {
-    result.fault = std::string("event ended: ") + failure.what();
+    result.fault = std::string(result.method->name()) + " ended: " + failure.what();
   }
   return result;
 }
@@ -152,12 +158,6 @@ std::string_view name_of(ReferenceChoice choice) {
 }
 
 ReferenceChoice reference_named(std::string_view name) {
-  if (name == "extrapolated") {
-    const auto& all = methods();
-    if (std::none_of(all.begin(), all.end(), [](const Method& m) { return m.name == "extrapolated"; }))
-      refuse("perp study", "--reference", name,
-             "is not available yet: needs to be exact, event or own-limit");
-  }
   for (const ReferenceChoice choice : {ReferenceChoice::Exact, ReferenceChoice::Event,
                                        ReferenceChoice::Extrapolated, ReferenceChoice::OwnLimit})
     if (name_of(choice) == name) return choice;
@@ -183,12 +183,25 @@ Reference exact_reference(const Scene& scene, double t_end, VelocityMeasure velo
   return result;
 }
 
+std::optional<ImpulsePath> reference_impulses(const Scene& scene, double t_end, double h) {
+  constexpr double finer = 4;
+  Ncp2Stepper ncp2;
+  try {
+    return impulse_path(scene.model,
+                        simulate(scene.model, ncp2, scene.start, {.t_end = t_end, .h = h / finer}));
+  } catch (const StepFailure&) {
+    return std::nullopt;
+  }
+}
+
 Reference confirmed_reference(const Scene& scene, double t_end, const ReferenceOptions& options) {
   const Model& model = scene.model;
   const auto none = [](const std::string& why) { return Reference{.words = "no reference: " + why}; };
-  const EventRun tight = event_run(scene, t_end, options.tolerance);
+  const bool extrapolated = options.by == ReferenceChoice::Extrapolated;
+  const std::string name = extrapolated ? "extrapolated" : "event";
+  const EventRun tight = event_run(scene, t_end, options.tolerance, extrapolated);
   if (!tight.fault.empty()) return none(tight.fault);
-  const EventRun loose = event_run(scene, t_end, looser * options.tolerance);
+  const EventRun loose = event_run(scene, t_end, looser * options.tolerance, extrapolated);
   if (!loose.fault.empty()) return none(loose.fault);
   const State end = tight.run->back(), other = loose.run->back();
   const double size = extent(model, *tight.run);
@@ -200,7 +213,9 @@ Reference confirmed_reference(const Scene& scene, double t_end, const ReferenceO
     const double apart = configuration_error(model, end, ncp2.limit);
     const double bar = std::max(apart, configuration_error(model, end, other));
     if (apart <= scatters * ncp2.scatter_q + rounding && bar <= share * size + rounding) {
-      Reference result{.kind = OrderReference::Event, .end = end, .bar_q = bar};
+      Reference result{.kind = extrapolated ? OrderReference::Extrapolated : OrderReference::Event,
+                       .end = end,
+                       .bar_q = bar};
       VelocityPath of_event, of_ncp2;
       if (options.velocity != VelocityMeasure::AtEnd) {
         result.velocity = velocity_path(model, *tight.run);
@@ -210,14 +225,17 @@ Reference confirmed_reference(const Scene& scene, double t_end, const ReferenceO
       result.bar_v = std::max(
           velocity_error(model, end, other) * (options.velocity == VelocityMeasure::AtEnd),
           distance(model, options.velocity, of_ncp2, of_event, ncp2.limit, end, t_end - scene.start.t));
-      result.motion = [tight](double t) { return tight.run->at(t); };
-      result.words = "reference: event at rtol " + in_short(options.tolerance) + "; the limit of ncp2 with " +
-                     std::to_string(n) + " to " + std::to_string(ncp2.n) + " steps is " + in_short(bar) +
-                     " m or rad from it, its error bar";
+      result.motion = [tight, one_at_a_time = std::make_shared<std::mutex>()](double t) {
+        const std::lock_guard lock(*one_at_a_time);
+        return tight.run->at(t);
+      };
+      result.words = "reference: " + name + " at rtol " + in_short(options.tolerance) +
+                     "; the limit of ncp2 with " + std::to_string(n) + " to " + std::to_string(ncp2.n) +
+                     " steps is " + in_short(bar) + " m or rad from it, its error bar";
       return result;
     }
     if (i < refinements) continue;
-    return none("event and the limit of ncp2 with " + std::to_string(ncp2.n) + " steps are " +
+    return none(name + " and the limit of ncp2 with " + std::to_string(ncp2.n) + " steps are " +
                 in_short(apart) + " m or rad apart, where ncp2 scatters by " + in_short(ncp2.scatter_q) +
                 " and the motion goes " + in_short(size) + " far");
   }

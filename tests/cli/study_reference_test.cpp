@@ -223,6 +223,11 @@ TEST_CASE("a study's reference may be asked for, and is refused where there is n
   CHECK(found["reference"][0] == "event");
   CHECK(std::stod(found["order"][0]) == Approx(2).margin(0.1));
   CHECK(std::stod(found["bar"][0]) < 1e-9);  // of a smooth motion: Richardson with h^2 and h^4
+  REQUIRE(run_perp(scratch, "study double-pendulum --reference extrapolated" + rest).status == 0);
+  auto other = columns(scratch / "o/orders.csv");
+  CHECK(other["reference"][0] == "extrapolated");
+  CHECK(std::stod(other["bar"][0]) < 1e-9);
+  REQUIRE(run_perp(scratch, "study double-pendulum --reference event" + rest).status == 0);
   const std::string chart = contents(scratch / "o/double-pendulum-convergence.gnuplot");
   CHECK(chart.find("reference's bar") != std::string::npos);  // a floor, with its value
   CHECK(chart.find("from event") != std::string::npos);

@@ -146,15 +146,15 @@ TEST_CASE(
   const std::string study = contents(scratch.path / "study.csv"),
                     orders = contents(scratch.path / "orders.csv");
   CHECK(study.rfind("scene,method,parameter,h,rtol,error_q,error_v,seconds,steps,iterations,failed,error_"
-                    "limit,message,reference,bar_q,bar_v\n"
-                    "s,lcp,edges=8,0.1,,0.5,,0.001,0,0,0,0.4,,exact,0,0\n",
+                    "limit,message,reference,bar_q,bar_v,error_path,error_p\n"
+                    "s,lcp,edges=8,0.1,,0.5,,0.001,0,0,0,0.4,,exact,0,0,,\n",
                     0) == 0);
-  CHECK(contains(study, "s,lcp,edges=8,0.05,,,,0.004,0,0,1,,,exact,0,0\n"));
+  CHECK(contains(study, "s,lcp,edges=8,0.05,,,,0.004,0,0,1,,,exact,0,0,,\n"));
   CHECK(orders ==
         "scene,method,parameter,reference,order,order_v,points,expected,failed,note,bar,h_least,h_most,"
-        "slopes,why\n"
-        "s,lcp,edges=8,exact,,,0,,0,stalls at 0.3,0,,,,\n"
-        "s,lcp,edges=8,limit,0.98,,3,1,1,velocity: too few points for an order,,,,,\n");
+        "slopes,why,order_path,order_p\n"
+        "s,lcp,edges=8,exact,,,0,,0,stalls at 0.3,0,,,,,,\n"
+        "s,lcp,edges=8,limit,0.98,,3,1,1,velocity: too few points for an order,,,,,,,\n");
 }
 
 TEST_CASE("a convergence chart shows the floor, the limit beside it, its slope and the run that failed",

@@ -9,11 +9,11 @@
 
 namespace perp {
 
-/// study.csv: scene,method,parameter,h,rtol,error_q,error_v,seconds,steps,iterations,failed,error_limit,message,reference,bar_q,bar_v;
+/// study.csv: scene,method,parameter,h,rtol,error_q,error_v,seconds,steps,iterations,failed,error_limit,message,reference,bar_q,bar_v,error_path,error_p;
 /// a row a run, StudyRun and Reference say what each is; errors within the reference's bar are empty. Appears whole or not at all; throws like CsvFile.
 void write_study_csv(const std::filesystem::path& path, const std::vector<ConvergenceTable>& tables);
 
-/// orders.csv: scene,method,parameter,reference,order,order_v,points,expected,failed,note,bar,h_least,h_most,slopes,why; a row an
+/// orders.csv: scene,method,parameter,reference,order,order_v,points,expected,failed,note,bar,h_least,h_most,slopes,why,order_path,order_p; a row an
 /// OrderRow, `slopes` the local ones from the largest steps to the smallest. Orders that errors do not show are empty, and the note says
 /// why.
 void write_orders_csv(const std::filesystem::path& path, const std::vector<ConvergenceTable>& tables);

@@ -24,6 +24,7 @@ struct StudyRequest {
   int envelope = 1;
   VelocityMeasure velocity = VelocityMeasure::AtEnd;
   ReferenceChoice reference = ReferenceChoice::Automatic;
+  bool over_run = false;            ///< error_path and error_p too
   SceneParameters set_method = {};  ///< settings of penalty (MethodOptions::set)
 };
 

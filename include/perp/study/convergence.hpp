@@ -26,6 +26,9 @@ struct StudyRun {
   double rtol = not_set;       ///< of methods that choose their steps
   double error_q = not_set;    ///< configuration_error at T; NaN of a run that failed or without a reference
   double error_v = not_set;    ///< by the study's measure
+  double error_path =
+      not_set;  ///< the largest configuration_error of its rows over the run, of a study over_run
+  double error_p = not_set;      ///< impulse_error over the run, likewise [N s]
   double error_limit = not_set;  ///< configuration_error against the method's own limit, where one is formed
   double seconds = not_set;      ///< CPU time, best of repeats
   int steps = 0;                 ///< that advanced: n unless a step failed
@@ -45,10 +48,11 @@ struct StudyRun {
 struct OrderRow {
   std::string method, parameter;
   OrderReference reference = OrderReference::Exact;
-  ObservedOrder q = {}, v = {};  ///< of error_q (or error_limit), of error_v
-  double expected = not_set;     ///< what theory says of q; NaN where errors do not go to zero
-  int failed = 0;                ///< runs that failed
-  std::string why = {};          ///< where the order of q is not `expected`: the reason, in words
+  ObservedOrder q = {}, v = {};     ///< of error_q (or error_limit), of error_v
+  ObservedOrder path = {}, p = {};  ///< of error_path and error_p, in rows against the reference
+  double expected = not_set;        ///< what theory says of q; NaN where errors do not go to zero
+  int failed = 0;                   ///< runs that failed
+  std::string why = {};             ///< where the order of q is not `expected`: the reason, in words
 };
 
 /// All runs of one scene, with the orders that they show.
@@ -82,6 +86,7 @@ struct ConvergenceStudy {
   VelocityMeasure velocity = VelocityMeasure::AtEnd;
   TimingOptions timing = {.spend = 0};  ///< of each run; by default once
   ReferenceChoice reference = ReferenceChoice::Automatic;
+  bool over_run = false;  ///< error_path and error_p too
 
   /// Runs in the order of the table. Throws std::invalid_argument for a null stepper or options it cannot take; a step that
   /// fails is a row of the table.
@@ -113,6 +118,7 @@ class ScenePlan {
  private:
   void add_orders(const Stepper& method, std::vector<StudyRun*> runs, ConvergenceTable& table) const;
   bool polygon_fits(const Stepper& method) const;
+  void find_motion();
 
   ConvergenceStudy study_;
   double t_end_ = 0;
