@@ -2,6 +2,8 @@
 
 #include <Eigen/QR>
 
+#include "instant/compliance.hpp"
+
 namespace perp {
 namespace {
 
@@ -121,16 +123,52 @@ void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant,
     if (rows > 0) llt_.solveInPlace(NC_);
     llt_.solveInPlace(p0_);
   } else {
-    const Vector scale = N_.diagonal().cwiseSqrt().cwiseInverse();  // so that rows in m and in rad compare
-    Eigen::CompleteOrthogonalDecomposition<Matrix> qr(N_.rows(), N_.cols());
-    qr.setThreshold(dependent);
-    qr.compute(scale.asDiagonal() * N_ * scale.asDiagonal());
-    if (rows > 0) NC_ = scale.asDiagonal() * qr.solve(scale.asDiagonal() * C_);
-    p0_ = scale.asDiagonal() * Vector(qr.solve(scale.asDiagonal() * p0_));
-    rank_ = static_cast<int>(qr.rank());
+    eliminate_redundant(model, instant, island);
   }
   W.noalias() -= C_.transpose() * NC_;
   q.noalias() += C_.transpose() * p0_;
+}
+
+/// NC = N^+ C and p0 = N^+ p0 where rows of joints repeat each other.
+void ReducedSystem::eliminate_redundant(const Model& model, const Instant& instant, const Island& island) {
+  const Eigen::Index equations = N_.rows();
+  const Vector scale = N_.diagonal().cwiseSqrt().cwiseInverse();  // so that rows in m and in rad compare
+  Eigen::CompleteOrthogonalDecomposition<Matrix> qr(equations, equations);
+  qr.setThreshold(dependent);
+  qr.compute(scale.asDiagonal() * N_ * scale.asDiagonal());
+  if (NC_.cols() > 0) NC_ = scale.asDiagonal() * qr.solve(scale.asDiagonal() * C_);
+  p0_ = scale.asDiagonal() * Vector(qr.solve(scale.asDiagonal() * p0_));
+  rank_ = static_cast<int>(qr.rank());
+  if (rank_ == equations) return;
+  // N is symmetric: what is across its range it does not see. No part along it, as compliances weigh
+  const Matrix Q = qr.householderQ();
+  const Matrix unseen = scale.asDiagonal() * Q.rightCols(equations - rank_);
+  Matrix weighed = unseen;
+  for (Eigen::Index i = 0; i < equations; ++i)
+    weighed.row(i) *=
+        compliance_of(model, instant.joint_rows[at(island.joint_rows[at(static_cast<int>(i))])]);
+  const Eigen::LLT<Matrix> llt(unseen.transpose() * weighed);
+  if (NC_.cols() > 0) NC_ -= unseen * llt.solve(weighed.transpose() * NC_);
+  p0_ -= unseen * llt.solve(weighed.transpose() * p0_);
+}
+
+void ReducedSystem::compliance(const Model& model, const Instant& instant, const Island& island, Matrix& C,
+                               Vector& k) const {
+  C.setZero(size(), size());
+  k.setZero(size());
+  for (std::size_t b = 0; b < island.joint_rows.size(); ++b) {
+    const auto row = static_cast<Eigen::Index>(b);
+    const double c = compliance_of(model, instant.joint_rows[at(island.joint_rows[b])]);
+    C.noalias() += c * NC_.row(row).transpose() * NC_.row(row);
+    k.noalias() -= c * p0_[row] * NC_.row(row).transpose();
+  }
+  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
+    const ContactInstant& c = instant.contacts[at(island.contacts[i])];
+    C.diagonal().segment(offset_[i], 1 + c.tangents).array() += compliance_of(model, c);
+  }
+  for (std::size_t i = 0; i < island.joint_frictions.size(); ++i)
+    C.diagonal()[frictions_ + static_cast<int>(i)] +=
+        compliance_of(model, instant.joint_frictions[at(island.joint_frictions[i])]);
 }
 
 void ReducedSystem::add_impulses(const Instant& instant, const Island& island, const Vector& r,

@@ -325,13 +325,14 @@ class SceneReader {
   }
 
   void contact(const SceneTable& table) {
-    table.allow({"name", "a", "b", "gap", "mu", "e", "tangent"});
+    table.allow({"name", "a", "b", "gap", "mu", "e", "tangent", "compliance"});
     const BodyId a = table.body("a"), b = table.body("b");
     Gap gap = read_gap(table.table("gap"));
     ContactOptions options;
     options.name = table.name();
     options.mu = table.number("mu", Dimension::None, 0);
     options.e = table.number("e", Dimension::None, 0);
+    options.compliance = table.number("compliance", Dimension::None, 1);
     options.tangent = table.vector("tangent", Dimension::None, options.tangent);
     table.placed([&] { return model().add_contact(a, b, std::move(gap), options); });
   }

@@ -163,6 +163,7 @@ class SceneWriter {
     if (contact.mu != 0) line("mu", contact.mu);
     if (contact.e != 0) line("e", contact.e);
     if (!zero(contact.tangent)) line("tangent", contact.tangent);
+    if (contact.compliance != 1) line("compliance", contact.compliance);
   }
 
   const Scene& scene_;

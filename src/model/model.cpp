@@ -131,6 +131,7 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
                   .gap = std::move(gap),
                   .mu = options.mu,
                   .e = options.e,
+                  .compliance = options.compliance,
                   .tangent = options.tangent,
                   .first_point = points_};
   contact.own = std::move(own);
@@ -145,6 +146,8 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
   if (!(contact.mu >= 0) || !std::isfinite(contact.mu))
     refuse(where, "mu", contact.mu, "needs to be >= 0 and finite");
   if (!(contact.e >= 0 && contact.e <= 1)) refuse(where, "e", contact.e, "needs to be in [0, 1]");
+  if (!(contact.compliance > 0) || !std::isfinite(contact.compliance))
+    refuse(where, "compliance", contact.compliance, "needs to be > 0 and finite");
   need_finite(where, "tangent", contact.tangent);
   if (!contact_names_.insert(contact.name).second)
     refuse("add_contact", "name", contact.name, "is taken already");

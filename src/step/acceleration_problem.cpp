@@ -6,8 +6,9 @@
 #include <numeric>
 
 #include "perp/instant/friction_polygon.hpp"
-#include "perp/solve/friction_solver.hpp"
 #include "perp/solve/lcp.hpp"
+#include "solve/even_friction.hpp"
+#include "solve/vanishing_compliance.hpp"
 
 namespace perp {
 namespace {
@@ -160,10 +161,21 @@ void AccelerationProblem::assemble(const Model& model, const State& x, const Ins
   problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
   const Matrix full = reduced_.W * columns_;
   const Vector q = reduced_.q + reduced_.W * known_;
-  Matrix W = full(kept, Eigen::all);
-  for (Eigen::Index i = 0; i < n; ++i) W(i, i) += compliance * reduced_.W(kept[at(i)], kept[at(i)]);
-  problem.W = W;
+  problem.W = Matrix(full(kept, Eigen::all));
   problem.q = q(kept);
+  give_.setZero(reduced_.size());
+  if (n == 0 || (!even && compliance == 0)) return;
+  Matrix C;
+  Vector k;
+  reduced_.compliance(model, accelerations_, island_, C, k);
+  C_ = (C * columns_)(kept, Eigen::all);
+  k_ = (k + C * known_)(kept);
+  if (compliance == 0) return;
+  const double of_one =
+      compliance * std::exp((reduced_.diagonal.array() / C.diagonal().array()).log().mean());
+  give_ = of_one * C.diagonal();
+  problem.W = Matrix(problem.W.dense() + of_one * C_);
+  problem.q += of_one * k_;
 }
 
 AccelerationAnswer AccelerationProblem::read(const Model& model, const Vector& c) const {
@@ -194,7 +206,7 @@ AccelerationAnswer AccelerationProblem::read(const Model& model, const Vector& c
     const Eigen::Index row = reduced_.size() - frictions + i;
     answer.joint_small[i] = rounding * (std::abs(reduced_.q[row]) +
                                         reduced_.W.row(row).cwiseAbs().dot(r.cwiseAbs().transpose())) +
-                            10 * compliance * reduced_.W(row, row) * std::abs(r[row]);
+                            10 * give_[row] * std::abs(r[row]);
   }
   return answer;
 }
@@ -209,12 +221,15 @@ double AccelerationProblem::choices() const {
 }
 
 /// All forces c that some choice of modes allows, those with the same velocities once. Blocks: a half line is open or closed; planar
-/// friction is open, sticks, slips either way; an interval holds or yields either way.
-std::vector<Vector> AccelerationProblem::enumerate() const {
+/// friction is open, sticks, slips either way; an interval holds or yields either way. `one_limit` is false if the rule for redundant
+/// forces picks none of those of some modes, or more than one.
+std::vector<Vector> AccelerationProblem::enumerate(bool& one_limit) const {
   const Matrix& W = problem.W.dense();
   const Eigen::Index n = problem.rows();
   const std::vector<Eigen::Index> rows = problem.offsets();
   std::vector<Vector> found;
+  VanishingCompliance limit;
+  one_limit = true;
 
   // c = P y + c0 in the modes of `choice`, with the rows `zero` of u' zero
   const double a_scale =
@@ -258,15 +273,22 @@ std::vector<Vector> AccelerationProblem::enumerate() const {
     }
     const auto k = static_cast<Eigen::Index>(zero.size());
     Vector c = c0;
+    auto outcome = VanishingCompliance::Outcome::None;
     if (k > 0) {
-      const Matrix A = (W * P.leftCols(k))(zero, Eigen::all);
-      const Vector b = -(problem.q + W * c0)(zero);
-      Eigen::CompleteOrthogonalDecomposition<Matrix> qr(A);
-      qr.setThreshold(1e-12);
-      const Vector y = qr.solve(b);
+      const auto columns = P.leftCols(k);
+      const Matrix A = (W * columns)(zero, Eigen::all);
+      const Vector b = (problem.q + W * c0)(zero);
+      Vector y;
+      if (even)
+        outcome = limit.solve(A, b, (C_ * columns)(zero, Eigen::all), (k_ + C_ * c0)(zero), scale(zero), y);
+      if (outcome != VanishingCompliance::Outcome::Found) {
+        Eigen::CompleteOrthogonalDecomposition<Matrix> qr(A);
+        qr.setThreshold(1e-12);
+        y = qr.solve(-b);
+      }
       if (!y.allFinite()) continue;
-      c += P.leftCols(k) * y;
-      if (((A * y - b).cwiseAbs() - small_of(c)(zero)).maxCoeff() > 0) continue;
+      c += columns * y;
+      if (((A * y + b).cwiseAbs() - small_of(c)(zero)).maxCoeff() > 0) continue;
     }
     const Vector u = W * c + problem.q, small_u = small_of(c);
     bool fits = true;
@@ -291,9 +313,15 @@ std::vector<Vector> AccelerationProblem::enumerate() const {
       return (W * (other - c)).cwiseAbs().maxCoeff() <=
              1e-7 * a_scale + 100 * (small_u.maxCoeff() - 1e-9 * a_scale);
     });
+    one_limit = one_limit && !(fits && outcome == VanishingCompliance::Outcome::Several);
     if (fits && !known) found.push_back(c);
   }
   return found;
+}
+
+FrictionSolution AccelerationProblem::solve_friction() const {
+  const FrictionOptions how{.use_ipopt = false};
+  return even ? solve_evenly(problem, C_, k_, how) : perp::solve_friction(problem, how);
 }
 
 AccelerationAnswer AccelerationProblem::any_solution(const Model& model) const {
@@ -302,7 +330,7 @@ AccelerationAnswer AccelerationProblem::any_solution(const Model& model) const {
     answer = read(model, Vector());
     answer.residual = 0;
   } else {
-    const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
+    const FrictionSolution s = solve_friction();
     if (!s.solved()) return answer;
     answer = read(model, s.r);
     answer.residual = s.residual;
@@ -319,9 +347,9 @@ AccelerationAnswer AccelerationProblem::solve(const Model& model, const Cp1Optio
     answer.residual = 0;
     return answer;
   }
-  bool complete = choices() <= most_choices;
+  bool complete = choices() <= most_choices, one_limit = true;
   std::vector<Vector> all;
-  if (complete) all = enumerate();
+  if (complete) all = enumerate(one_limit);
   Vector c;
   double residual = not_set;
   bool solved = false;
@@ -331,13 +359,13 @@ AccelerationAnswer AccelerationProblem::solve(const Model& model, const Cp1Optio
     solved = z.solved();
     if (solved) c = form.forces(z.z), residual = lcp_relative_residual(form.lcp.A, form.lcp.b, z.z);
   } else {
-    const FrictionSolution s = solve_friction(problem, {.use_ipopt = false});
+    const FrictionSolution s = solve_friction();
     solved = s.solved();
     if (solved) c = s.r, residual = s.residual;
   }
   if (!solved && !complete && choices() <= all_choices) {
     complete = true;
-    all = enumerate();
+    all = enumerate(one_limit);
   }
   AccelerationAnswer answer;
   answer.complete = complete;
@@ -352,7 +380,7 @@ AccelerationAnswer AccelerationProblem::solve(const Model& model, const Cp1Optio
   answer = read(model, c);
   answer.complete = complete;
   answer.residual = residual;
-  answer.status = all.size() > 1 ? Cp1Status::Several : Cp1Status::Unique;
+  answer.status = all.size() > 1 || !one_limit ? Cp1Status::Several : Cp1Status::Unique;
   return answer;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "perp/instant/reduced_system.hpp"
-#include "perp/solve/friction_problem.hpp"
+#include "perp/solve/friction_solver.hpp"
 #include "perp/step/cp1.hpp"
 #include "step/acceleration_biases.hpp"
 #include "step/modes.hpp"
@@ -45,8 +45,9 @@ class AccelerationProblem {
   /// The answer for forces c along the rows.
   [[nodiscard]] AccelerationAnswer read(const Model& model, const Vector& c) const;
 
-  /// Normal and tangential give of every contact at rest or sliding and every joint at rest, as a share of what a unit of force accelerates
-  /// its bodies by [-]: among forces that redundant rows leave open, a small one picks those of least norm, as ModeDynamics does.
+  /// Forces that redundant rows leave open are those of the one rule (VanishingCompliance), exactly; off: any.
+  bool even = false;
+  /// Beside W's own, that of each row: among forces that redundant rows leave open, a small one picks those next to the rule's [-].
   double compliance = 0;
 
   /// All modes are looked through where they are this many at most [-]; more, to 4096, only if the solver finds no answer.
@@ -58,7 +59,8 @@ class AccelerationProblem {
   std::vector<int> contact_index;  ///< of each closed contact in Instant::contacts
 
  private:
-  [[nodiscard]] std::vector<Vector> enumerate() const;
+  [[nodiscard]] std::vector<Vector> enumerate(bool& one_limit) const;
+  [[nodiscard]] FrictionSolution solve_friction() const;
   double choices() const;  // of modes; infinite with circular cones
 
   Instant accelerations_;  // the instant with biases of accelerations in place of explicit velocities
@@ -70,6 +72,9 @@ class AccelerationProblem {
   Matrix
       columns_;  // (rows of reduced_, rows of problem): what a force along a row of problem is along those of reduced_
   Vector known_;  // (rows of reduced_): forces of joints that slide
+  Matrix C_;      // compliances of the rows of problem
+  Vector k_;      // their constant part
+  Vector give_;   // (rows of reduced_): what a force gives along its own row, by `compliance`
 };
 
 }  // namespace perp

@@ -31,6 +31,7 @@ Cp1Solution solve_cp1(const Model& model, const State& x, const Cp1Options& opti
   const Modes modes = modes_by_velocity(model, x, instant, scales);
 
   AccelerationProblem problem;
+  problem.even = true;
   problem.assemble(model, x, instant, modes);
   AccelerationAnswer answer = problem.solve(model, options);
   if (options.relaxed && answer.status == Cp1Status::None) {

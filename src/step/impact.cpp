@@ -7,7 +7,8 @@
 #include "perp/core/errors.hpp"
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
-#include "step/mode_dynamics.hpp"
+#include "solve/even_friction.hpp"
+#include "step/modes.hpp"
 
 namespace perp {
 namespace {
@@ -65,32 +66,27 @@ struct Touching {
   }
 };
 
-/// Where contacts are redundant impulses are not unique, and with friction velocities need not be: the solution taken is one next to
-/// that of contacts which give a little, all alike, so that it depends on the state and not on rounding.
-FrictionSolution solve_evenly(const FrictionProblem& problem) {
-  constexpr double slight = 1e-4;  // of what a unit of impulse does to a contact's own velocity [-]
-  if (range_basis(problem.W.to_dense()).size() == 0) return solve_friction(problem);
-  FrictionProblem soft = problem;
-  Matrix W = problem.W.to_dense();
-  W.diagonal() *= 1 + slight;
-  soft.W = W;
-  const FrictionSolution near = solve_friction(soft);
-  return solve_friction(problem, {.start = near.solved() ? near.r : Vector()});
+/// Where contacts are redundant, those that all methods take: an impact at contacts that give a little, all alike.
+FrictionSolution solve_evenly(const Model& model, const Touching& touching, const FrictionProblem& problem) {
+  Matrix C;
+  Vector k;
+  touching.reduced.compliance(model, touching.s, touching.island, C, k);
+  return perp::solve_evenly(problem, C, k);
 }
 
 /// r of the law u_n+ >= -e u_n-; `e` of each contact.
-FrictionSolution newton(const Touching& touching, const Vector& e) {
+FrictionSolution newton(const Model& model, const Touching& touching, const Vector& e) {
   FrictionProblem problem = touching.problem;
   for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
     problem.q[touching.normal_row(i)] +=
         e[static_cast<Eigen::Index>(i)] * std::min(touching.approach[static_cast<Eigen::Index>(i)], 0.0);
-  return solve_evenly(problem);
+  return solve_evenly(model, touching, problem);
 }
 
 /// Compression to u_n = 0, then normal impulses e times as large with the friction that they allow; what would then still
 /// approach is stopped.
-FrictionSolution poisson(const Touching& touching, const Vector& e) {
-  FrictionSolution compression = solve_evenly(touching.problem);
+FrictionSolution poisson(const Model& model, const Touching& touching, const Vector& e) {
+  FrictionSolution compression = solve_evenly(model, touching, touching.problem);
   if (!compression.solved()) return compression;
   FrictionProblem second = touching.problem;
   second.q = compression.u;
@@ -113,12 +109,12 @@ FrictionSolution poisson(const Touching& touching, const Vector& e) {
 }
 
 /// Impulses though no contact approaches: those that a slight approach at sliding contacts needs, as it goes to nothing.
-FrictionSolution jam(const Touching& touching) {
+FrictionSolution jam(const Model& model, const Touching& touching) {
   const auto approaching = [&](double slight) {
     FrictionProblem problem = touching.problem;
     for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
       problem.q[touching.normal_row(i)] -= slight * touching.speed;
-    return solve_friction(problem);
+    return solve_evenly(model, touching, problem);
   };
   constexpr double slight = 1e-6;  // of the speeds; impulses are linear in it but where sliding turns
   const FrictionSolution far = approaching(slight);
@@ -167,11 +163,11 @@ Impact solve_impact(const Model& model, const State& x, const ImpactOptions& opt
     impact.solved = true;
     impact.residual = 0;
   } else if (options.without_collision) {
-    (void)take(jam(touching));
+    (void)take(jam(model, touching));
   } else {
-    if (options.restitution == Restitution::Newton) (void)take(newton(touching, e));
-    if (!impact.solved || !dissipates()) (void)take(poisson(touching, e));
-    if (!impact.solved || !dissipates()) (void)take(newton(touching, Vector::Zero(count)));
+    if (options.restitution == Restitution::Newton) (void)take(newton(model, touching, e));
+    if (!impact.solved || !dissipates()) (void)take(poisson(model, touching, e));
+    if (!impact.solved || !dissipates()) (void)take(newton(model, touching, Vector::Zero(count)));
   }
   if (!impact.solved) return impact;
 

@@ -7,6 +7,7 @@
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "perp/step/simulate.hpp"
+#include "solve/even_friction.hpp"
 #include "step/certificate.hpp"
 #include "step/free_rotation.hpp"
 #include "step/step_record.hpp"
@@ -33,7 +34,8 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
 
   State moved = x;
   ReducedSystem reduced;
-  Vector r, impulse, reactions(joint_bias.size());
+  Vector r, impulse, reactions(joint_bias.size()), k;
+  Matrix C;
   std::vector<char> taken(s.contacts.size(), 0);
   for (bool added = true; added;) {
     added = false;
@@ -67,7 +69,8 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
     problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
     r.setZero(reduced.size());
     if (problem.rows() > 0) {
-      const FrictionSolution solution = solve_friction(problem);
+      reduced.compliance(model, s, island, C, k);
+      const FrictionSolution solution = solve_evenly(problem, C, k);
       if (!solution.solved()) return false;
       r = solution.r;
       report.iterations += solution.iterations;

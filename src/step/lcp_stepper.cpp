@@ -10,7 +10,6 @@
 #include "step/implicit_step.hpp"
 #include "step/lcp_workspace.hpp"
 #include "step/least_reactions.hpp"
-#include "step/mixed_form.hpp"
 #include "step/stable_step.hpp"
 #include "step/step_gain.hpp"
 
@@ -18,9 +17,6 @@ namespace perp {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-/// Unknowns up to which Lemke's path costs no more than a factorisation.
-constexpr int few_unknowns = 60;
 
 /// Whether the linearised gap closes within h at the velocity without reactions. What touches to rounding of the step's `speed` counts:
 /// joints of a stack at rest do not come and go.
@@ -40,15 +36,6 @@ const StepAnswer* LcpStepper::answer() const { return &work_->step; }
 std::unique_ptr<Stepper> LcpStepper::anew() const { return std::make_unique<LcpStepper>(options_); }
 LcpStepper::LcpStepper(LcpStepper&&) noexcept = default;
 LcpStepper& LcpStepper::operator=(LcpStepper&&) noexcept = default;
-
-void LcpStepper::Workspace::assemble(const Model& model, const Instant& s, std::size_t i, double h,
-                                     bool scaled) {
-  IslandProblem& problem = problems[i];
-  const Island& island = islands.get()[i];
-  problem.reduced.assemble(model, s, island, nu_free, joint_bias);
-  problem.polygonal.assemble(problem.reduced, s, island, {.polygon = polygon, .gap_term = gap_term, .h = h},
-                             scaled);
-}
 
 /// nu_free, the seed's psi/h terms, and the contacts that these let close within the step.
 void LcpStepper::begin(const Model& model, const State& x, const StepRequest& request, const Instant& s) {
@@ -70,91 +57,6 @@ void LcpStepper::begin(const Model& model, const State& x, const StepRequest& re
     const double rate = std::max(s.contacts[i].psi_n / request.h, -request.max_correction_speed);
     w.gap_term[static_cast<int>(i)] = options_.anitescu_potra ? 0 : rate;
   }
-}
-
-/// Solves the islands' problems for the gap terms in force; false, with report.message, if one has no answer.
-bool LcpStepper::solve(const Model& model, const Instant& s, const StepRequest& request, Answer& answer,
-                       StepReport& report) {
-  Workspace& w = *work_;
-  w.islands.find(model, s, w.active);
-  const auto islands = w.islands.get();
-  if (w.problems.size() < islands.size()) w.problems.resize(islands.size());
-  answer.clear(s, w.nu_free);
-  if (options_.form == LcpForm::Mixed)
-    return solve_mixed(model, s, w.polygon, w.active, w.nu_free, w.gap_term, w.joint_bias, request.h, answer,
-                       report.message);
-
-  const bool rebound = &answer == &w.rebound;
-  if (rebound) w.keep_unstruck(model, s);
-  for (std::size_t i = 0; i < islands.size(); ++i) {
-    if (!w.takes_part(s, islands[i])) continue;
-    IslandProblem& problem = w.problems[i];
-    w.assemble(model, s, i, request.h, true);
-    const Lcp& lcp = problem.polygonal.lcp();
-    LcpSolution& solution = problem.solution;
-    KeptBasis& last = problem.last[rebound ? 1 : 0];
-    w.points.clear();
-    for (const int c : islands[i].contacts) w.points.push_back(s.contacts[at(c)].point);
-    const bool large = lcp.b.size() > few_unknowns;
-    int pivots = 0;
-    if (!large || last.of != w.points || !problem.pivots.solve(lcp.A, lcp.b, last.basic, solution)) {
-      problem.lemke.solve(lcp.A, lcp.b, solution);
-      pivots = solution.pivots;
-      last.basic.clear();
-      if (large && solution.solved()) last.keep(w.points, solution.z);
-      if (!solution.solved()) solution = solve_lcp(lcp);
-    }
-    answer.solver = solution.stage;
-    answer.iterations += solution.pivots + (solution.stage == "lemke" ? 0 : pivots);
-    if (!solution.solved() && solution.status != LcpStatus::Inaccurate) {  // the certificate judges that one
-      report.message = "the LCP of an island of " + std::to_string(islands[i].contacts.size()) +
-                       " contacts was not solved: " + std::string(name_of(solution.status));
-      return false;
-    }
-    problem.r.resize(problem.reduced.size());
-    problem.polygonal.read_impulses(solution.z, problem.r);
-    problem.reduced.add_impulses(s, islands[i], problem.r, answer.impulse, answer.reactions);
-  }
-
-  // nu+ from the Newton-Euler equation (25)
-  solve_mass(model, s, answer.impulse, answer.nu);
-  answer.nu += w.nu_free;
-  for (std::size_t i = 0; i < islands.size(); ++i)
-    if (w.takes_part(s, islands[i])) certify(s, islands[i], i, answer);
-  return true;
-}
-
-/// The impulses of an island into `answer`, what speeds enter its problem, and which contacts slip.
-void LcpStepper::certify(const Instant& s, const Island& island, std::size_t number, Answer& answer) {
-  Workspace& w = *work_;
-  IslandProblem& problem = w.problems[number];
-  const Vector& z = problem.solution.z;
-  problem.u.resize(problem.reduced.size());
-  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
-    const int index = island.contacts[i], row = problem.reduced.rows_of(static_cast<int>(i));
-    const ContactInstant& c = s.contacts[at(index)];
-    const int rows = 1 + c.tangents;
-    const Vector3 u = c.velocity(answer.nu);
-    problem.u.segment(row, rows) = u.head(rows);
-    answer.p.col(index).head(rows) = problem.r.segment(row, rows);
-    const double gap = w.gap_term[index], p_n = problem.r[row];
-    answer.w[index] = problem.reduced.diagonal[row];
-    answer.speed_scale = std::max({answer.speed_scale, std::abs(gap), problem.reduced.diagonal[row] * p_n,
-                                   c.velocity(w.nu_free).cwiseAbs().maxCoeff()});
-  }
-  for (std::size_t i = 0; i < island.joint_frictions.size(); ++i) {
-    const int index = island.joint_frictions[i], row = problem.reduced.friction_row(static_cast<int>(i));
-    problem.u[row] = s.joint_frictions[at(index)].velocity(answer.nu);
-    answer.joint_friction[index] = problem.r[row];
-    answer.speed_scale =
-        std::max(answer.speed_scale, std::abs(s.joint_frictions[at(index)].velocity(w.nu_free)));
-  }
-  for (const int row : island.joint_rows)  // a hinge may turn only because its rows pull
-    answer.speed_scale = std::max({answer.speed_scale, std::abs(w.joint_bias[row]),
-                                   std::abs(s.joint_rows[at(row)].velocity(w.nu_free))});
-  for (std::size_t i = 0; i < island.contacts.size(); ++i)
-    answer.slips[at(island.contacts[i])] =
-        static_cast<char>(problem.polygonal.slips(static_cast<int>(i), z, answer.speed_scale));
 }
 
 /// Adds the contacts that the answer would let overlap; true if there were any.

@@ -1,6 +1,7 @@
 // What an LcpStepper keeps from step to step.
 #pragma once
 
+#include "instant/body_loops.hpp"
 #include "perp/solve/lemke.hpp"
 #include "perp/step/lcp_stepper.hpp"
 #include "perp/step/polygonal_lcp.hpp"
@@ -10,6 +11,7 @@
 #include "step/impact_in_step.hpp"
 #include "step/joint_projection.hpp"
 #include "step/pass_mark.hpp"
+#include "step/polygonal_sharing.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -22,6 +24,8 @@ struct IslandProblem {
   LcpSolution solution;
   BasisPivots pivots;
   KeptBasis last[2];            // of the problem without and with restitution
+  PolygonalSharing sharing;     // where reactions may be redundant
+  KeptModes modes[2];           // as `last`
   Vector r, u;                  // impulses and velocities along the rows of `reduced`
   std::vector<double> lengths;  // that units of u are worth: of contacts, joint rows, joint frictions
   Vector row_lengths;
@@ -60,6 +64,7 @@ struct LcpStepper::Workspace {
   std::vector<int> active, added;  // contacts that take part, ascending; scratch
   std::vector<int> points;         // of an island's contacts
   Islands islands;
+  BodyLoops loops;
   std::vector<IslandProblem> problems;  // one an island, in their order
   Answer answer, rebound;               // without and with restitution
   State moved;
@@ -73,6 +78,8 @@ struct LcpStepper::Workspace {
   Certificate certificate;
 
   void assemble(const Model& model, const Instant& s, std::size_t i, double h, bool scaled);
+  bool solve_island(const Model& model, const Instant& s, std::size_t i, double h, bool second,
+                    Answer& found);
   const Instant* add_appeared(const Instant& s, double h);
   bool islands_pass(const LcpStepperOptions& options, const Answer& found, StepReport& report);
   bool joints_pass(const Model& model, double h, const LcpStepperOptions& options, const Answer& found,

@@ -58,7 +58,8 @@ bool LinearizedStep::factor(const Model& model, const std::vector<Coupling>& K,
   for (std::size_t i = 0; i < n; ++i) {
     const Reaction& r = reactions[i];
     const LinearizedReaction& law = rows[i];
-    inverse_[i] = (Matrix3::Identity() - (1 - std::max(law.eps, least_factored)) * law.P).inverse();
+    const double eps = law.even ? law.eps : std::max(law.eps, least_factored);
+    inverse_[i] = (Matrix3::Identity() - (1 - eps) * law.P).inverse();
     const Reaction::Slope SG = inverse_[i] * law.P * (law.rho / r.w) * r.G;
     const std::array<int, 2> block{block_[at(r.W.a)], block_[at(r.W.b)]};
     const auto add = [&](int row, const WrenchMap<3>::Block& W) {
@@ -79,20 +80,67 @@ void LinearizedStep::Pair::add(double t, const Pair& other) {
   for (std::size_t i = 0; i < second.size(); ++i) second[i] += t * other.second[i];
 }
 
-bool LinearizedStep::solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
+/// Where refinement starts, and what it misses there; whether any reactions are even.
+bool LinearizedStep::begin(const Model& model, const std::vector<Coupling>& K,
                            const std::vector<Reaction>& reactions,
-                           const std::vector<LinearizedReaction>& rows, const Vector& R, bool thorough) {
-  constexpr double enough = 1e-13;  // of the misses' norm
-  constexpr std::size_t refined = 4;
-  analyze(model, K, reactions);
-  if (!factor(model, K, reactions, rows)) return false;
+                           const std::vector<LinearizedReaction>& rows, const Vector& R) {
   const std::size_t n = reactions.size();
   dnu.setZero(R.size());
   dp.assign(n, Vector3::Zero());
   missed_.first = -R;
   missed_.second.resize(n);
   for (std::size_t i = 0; i < n; ++i) missed_.second[i] = -rows[i].F;
+  if (std::none_of(rows.begin(), rows.end(), [](const LinearizedReaction& row) { return row.even; }))
+    return false;
+  Pair &start = directions_[0], &image = images_[0];
+  start.first = dnu;
+  for (std::size_t i = 0; i < n; ++i)
+    if (rows[i].even) dp[i] = -reactions[i].p;
+  start.second = dp;
+  apply(model, K, reactions, rows, start, image);
+  missed_.add(-1, image);
+  return true;
+}
+
+/// Takes out of dp what rounding brought into the rule: p + dp is pulled as rows that give pull it, and what that moves is made up for.
+void LinearizedStep::even_out(const Model& model, const std::vector<Reaction>& reactions,
+                              const std::vector<LinearizedReaction>& rows) {
+  constexpr int most_returns = 3;
+  const std::size_t n = reactions.size();
+  Pair& change = directions_[0];
+  const auto add = [&] {
+    dnu += change.first;
+    for (std::size_t i = 0; i < n; ++i) dp[i] += change.second[i];
+  };
+  const auto precondition_give = [&](double sign) {
+    missed_.first.setZero();
+    for (std::size_t i = 0; i < n; ++i) {
+      missed_.second[i].setZero();
+      if (rows[i].even)
+        missed_.second[i] = sign * rows[i].eps * (rows[i].P * (reactions[i].p + dp[i] + change.second[i]));
+    }
+    precondition(model, reactions, rows, missed_, change);
+  };
+  change.second.assign(n, Vector3::Zero());
+  precondition_give(-1);
+  add();
+  change.second.assign(n, Vector3::Zero());
+  for (int k = 0; k < most_returns; ++k) precondition_give(1);
+  add();
+}
+
+bool LinearizedStep::solve(const Model& model, const Instant& instant, const std::vector<Coupling>& K,
+                           const std::vector<Reaction>& reactions,
+                           const std::vector<LinearizedReaction>& rows, const Vector& R, bool thorough) {
+  constexpr std::size_t refined = 4;
+  analyze(model, K, reactions);
+  if (!factor(model, K, reactions, rows)) return false;
+  const std::size_t n = reactions.size();
+  const bool even = begin(model, K, reactions, rows, R);
+  thorough = thorough || even;
+  const double enough = even ? 4e-15 : 1e-13;  // of the misses' norm: what is even starts from none
   const double size = product(model, instant, reactions, missed_, missed_);
+  double left = size;
   std::array<double, most_directions> squares{};
   for (std::size_t k = 0; k < (thorough ? most_directions : refined); ++k) {
     Pair &d = directions_[k], &image = images_[k];
@@ -105,13 +153,16 @@ bool LinearizedStep::solve(const Model& model, const Instant& instant, const std
     }
     squares[k] = product(model, instant, reactions, image, image);
     if (!std::isfinite(squares[k])) return false;
-    if (!(squares[k] > 0)) return true;
+    if (!(squares[k] > 0)) break;
     const double t = thorough ? product(model, instant, reactions, missed_, image) / squares[k] : 1;
     dnu += t * d.first;
     for (std::size_t i = 0; i < n; ++i) dp[i] += t * d.second[i];
     missed_.add(-t, image);
-    if (product(model, instant, reactions, missed_, missed_) <= enough * enough * size) return true;
+    const double before = left;
+    left = product(model, instant, reactions, missed_, missed_);
+    if (left <= enough * enough * size || (even && !(left < 0.1 * before))) break;
   }
+  if (even) even_out(model, reactions, rows);
   return true;
 }
 
@@ -174,7 +225,7 @@ void LinearizedStep::apply(const Model& model, const std::vector<Coupling>& K,
     Vector3 du = Vector3::Zero();
     for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * step.first[r.W.va + k];
     for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * step.first[r.W.vb + k];
-    out.second[i] = dp_i - row.P * ((1 - row.eps) * dp_i - du * (row.rho / r.w));
+    out.second[i] = dp_i - row.P * ((1 - (row.even ? 0 : row.eps)) * dp_i - du * (row.rho / r.w));
   }
 }
 

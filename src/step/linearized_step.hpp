@@ -15,6 +15,8 @@ struct LinearizedReaction {
   Matrix3 P;       ///< generalised Jacobian of the projection
   double rho = 1;  ///< [-]
   double eps = 0;  ///< regularisation [-]
+  bool even =
+      false;  ///< p + dp is to be the limit of rows that give rho eps p, eps in the ratios of all that are even
 };
 
 /// Solves
@@ -22,6 +24,9 @@ struct LinearizedReaction {
 /// for dp first, which leaves a system of 6x6 blocks over the bodies, as sparse as the graph of contacts and couplings. eps makes
 /// redundant reactions regular; what the factors miss is refined; `thorough`, by generalised conjugate residuals [EES83] with the factors as
 /// preconditioner, which takes a direction for each group of reactions that are nearly redundant, where refinement creeps.
+///
+/// Reactions that are `even` have eps in the factors alone, and are refined from p + dp = 0: corrections by the factors leave the
+/// rule of VanishingCompliance as it is, and rounding is taken out of it at last, as there.
 class LinearizedStep {
  public:
   Vector dnu;
@@ -50,6 +55,10 @@ class LinearizedStep {
                     const std::vector<LinearizedReaction>& rows, const Pair& misses, Pair& step);
   void apply(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
              const std::vector<LinearizedReaction>& rows, const Pair& step, Pair& out) const;
+  bool begin(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
+             const std::vector<LinearizedReaction>& rows, const Vector& R);
+  void even_out(const Model& model, const std::vector<Reaction>& reactions,
+                const std::vector<LinearizedReaction>& rows);
 
   static constexpr std::size_t most_directions = 8;
   Pair missed_;

@@ -4,6 +4,10 @@
 #include <cmath>
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <numeric>
+
+#include "instant/compliance.hpp"
 
 namespace perp {
 namespace {
@@ -88,12 +92,39 @@ std::string ModeDynamics::begin(const State& x, const Modes& modes, double small
   return "";
 }
 
+/// Z with R Z = 0 of some rows; (rows, 0) if none repeats another. Bodies count as of 1 kg.
+Matrix ModeDynamics::repeated(const std::vector<int>& rows, double threshold) const {
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  Matrix R = R_(Eigen::all, rows), Y;
+  solve_mass_columns(model_, s_, R, Y);
+  for (const Body& b : model_.bodies())
+    if (b.nv > 0 && b.kind != BodyKind::Generalized) Y.middleRows(b.v0, b.nv) *= b.mass;
+  const Matrix N = R.transpose() * Y;
+  const Vector scale = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Matrix scaled = scale.asDiagonal() * N * scale.asDiagonal();
+  const Eigen::LLT<Matrix> llt(scaled);
+  // a pivot's square root tells whether rows repeat each other
+  if (n == 0 || (llt.info() == Eigen::Success && llt.matrixLLT().diagonal().minCoeff() > 1e-6))
+    return Matrix(n, 0);
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
+  const Eigen::Index count = (eigen.eigenvalues().array() <= threshold * static_cast<double>(n)).count();
+  return scale.asDiagonal() * Matrix(eigen.eigenvectors().leftCols(count));  // eigenvalues ascend
+}
+
 void ModeDynamics::find_basis() {
-  solve_mass_columns(model_, s_, R_, Y_);
-  V_ = range_basis(R_.transpose() * Y_);
-  const Matrix R_position = R_(Eigen::all, position_rows_);
-  solve_mass_columns(model_, s_, R_position, Y_);
-  V_position_ = range_basis(R_position.transpose() * Y_);
+  constexpr double dependent = 1e-11;  // eigenvalue of rows of length 1 a row: directions 3e-6 apart are one
+  // an orthonormal basis of what is across C Z
+  const auto across = [&](const std::vector<int>& rows, const Matrix& Z) -> Matrix {
+    if (Z.cols() == 0) return {};
+    const Matrix CZ = compliance_(rows).asDiagonal() * Z;
+    const Matrix Q = Eigen::HouseholderQR<Matrix>(CZ).householderQ();
+    return Q.rightCols(Z.rows() - Z.cols());
+  };
+  std::vector<int> all(static_cast<std::size_t>(row_count()));
+  std::iota(all.begin(), all.end(), 0);
+  Z_ = repeated(all, dependent);
+  V_ = across(all, Z_);
+  V_position_ = across(position_rows_, repeated(position_rows_, dependent));
 }
 
 void ModeDynamics::begin_step(const State& x) {
@@ -181,6 +212,7 @@ void ModeDynamics::assemble(const State& x) {
     m += 1 + (modes_.contacts[i].slides ? 0 : s_.contacts[at(asked_[i])].tangents);
   for (const int sign : modes_.joints) m += sign == 0 ? 1 : 0;
   R_.setZero(model_.nv(), m);
+  compliance_.resize(m);
   L_.setZero(model_.nv(), m);
   velocity_.resize(m);
   gap_.setZero(m);
@@ -191,6 +223,7 @@ void ModeDynamics::assemble(const State& x) {
     fill_column(joint.W, 0, 1, row, R_);
     L_.col(row) = R_.col(row);
     velocity_[row] = joint.velocity(x.nu);
+    compliance_[row] = compliance_of(model_, joint);
     gap_[row] = joint.psi_b;
     position_rows_.push_back(row++);
   }
@@ -202,6 +235,7 @@ void ModeDynamics::assemble(const State& x) {
       fill_column(c.W, t, 1, row + t, R_);
       L_.col(row + t) = R_.col(row + t);
       velocity_[row + t] = u[t];
+      compliance_[row + t] = compliance_of(model_, c);
     }
     gap_[row] = c.psi_n;
     position_rows_.push_back(row);
@@ -219,6 +253,7 @@ void ModeDynamics::assemble(const State& x) {
     }
     fill_column(joint.W, 0, 1, row, R_);
     L_.col(row) = R_.col(row);
+    compliance_[row] = compliance_of(model_, joint);
     velocity_[row++] = joint.velocity(x.nu);
   }
 }
@@ -249,6 +284,11 @@ bool ModeDynamics::evaluate(const State& x) {
     N_.noalias() = R_.transpose() * Y_;
     b_ = bias_;
     b_.noalias() += R_.transpose() * free_;
+    if (V_.size() > 0 && !modes_.contacts.empty()) {
+      // rows turn: whether those that repeated each other do so in the same shares
+      constexpr double same = 1e-12;  // of the rows
+      if ((R_ * Z_).norm() > same * R_.norm() * Z_.norm()) find_basis();
+    }
     if (V_.size() > 0) {
       const Matrix reduced = V_.transpose() * N_ * V_;
       lu_.compute(reduced);

@@ -20,9 +20,9 @@ struct ModeKick {
 /// Rows: each joint row; n of each closed contact; t, o of those that stick; the frictions of joints at rest. A column of L is
 /// that of R but for sliding contacts, where it has the friction: n - mu d, d the direction of sliding.
 ///
-/// Rows that repeat each other (a table's fourth leg, a spatial four-bar) leave forces open; those taken lie in the space of rows at
-/// the start of the modes (of joints alone: of the step): c = V z, V a basis of the range of R^T M^-1 R there. Without friction that slides these are the
-/// forces of least norm.
+/// Rows that repeat each other (a table's fourth leg, a spatial four-bar) leave forces open; those taken are the limit of rows that give
+/// a little: Z^T C c = 0, Z a basis of R Z = 0, C the compliances of the rows. So c = V z, V a basis of what is across C Z; R alone, not
+/// masses, tells which rows repeat each other.
 class ModeDynamics {
  public:
   explicit ModeDynamics(const Model& model) : model_(model) {}
@@ -90,6 +90,7 @@ class ModeDynamics {
  private:
   void assemble(const State& x);
   void find_basis();
+  [[nodiscard]] Matrix repeated(const std::vector<int>& rows, double threshold) const;
   double slow() const;
   Vector3 friction_direction(const ContactInstant& c, std::size_t i, const Vector3& u) const;
 
@@ -105,8 +106,8 @@ class ModeDynamics {
   Instant s_;
   AccelerationBiases biases_;
   std::vector<int> asked_;
-  Matrix R_, L_, Y_, N_, V_, V_position_;
-  Vector load_, velocity_, gap_, bias_, free_, b_, c_;
+  Matrix R_, L_, Y_, N_, Z_, V_, V_position_;
+  Vector compliance_, load_, velocity_, gap_, bias_, free_, b_, c_;
   std::vector<int> position_rows_;
   Eigen::PartialPivLU<Matrix> lu_;
 };

@@ -12,7 +12,8 @@ namespace {
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// F = p - projection(p - rho u/w) and P. A contact that touches without a load, z_n within `rounding` [m/s] of zero, counts as
-/// closed in P: so a stack that begins to carry closes all of its joints at once, not one in an iteration.
+/// closed in P: so a stack that begins to carry closes all of its joints at once, not one in an iteration. With `rounding` < 0 it
+/// does not.
 void alart_curnier(const Reaction& r, double rounding, LinearizedReaction& row) {
   const Vector3 z = r.p - row.rho / r.w * r.u;
   Vector3 projected;
@@ -64,12 +65,13 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     const Reaction& r = reactions[i];
     LinearizedReaction& row = rows_[i];
     row.rho = 1;
-    alart_curnier(r, r.rounding + speed_rounding, row);
+    const double touching = i < left_open_.size() && left_open_[i] != 0 ? -1 : r.rounding + speed_rounding;
+    alart_curnier(r, touching, row);
     const Vector3 miss = r.w * row.F.cwiseAbs();
     Island& island = islands_[island_number(r)];
     if (island.map > 0 && r.law != Law::Equality) {
       row.rho = steps_rho[island.map];
-      alart_curnier(r, r.rounding + speed_rounding, row);
+      alart_curnier(r, touching, row);
     }
     StepResiduals& e = island.residuals;
     if (r.law == Law::Equality)

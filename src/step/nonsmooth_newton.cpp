@@ -122,7 +122,12 @@ void NonsmoothNewton::regularise(const std::vector<Reaction>& reactions) {
   constexpr double least = 1e-14, most = 1e-2, part = 1e-3;
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Island& island = islands_[island_number(reactions[i])];
-    rows_[i].eps = std::clamp(part * island.residuals.largest() / std::max(island.size, 1e-300), least, most);
+    const double eps = part * island.residuals.largest() / std::max(island.size, 1e-300);
+    rows_[i].even = false;
+    if (island.loops)
+      give_evenly(i, reactions[i], std::min(eps, most));
+    else
+      rows_[i].eps = std::clamp(eps, least, most);
   }
 }
 
@@ -138,7 +143,7 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
   for (Island& island : islands_) {
     island.merits[iteration % memory] = island.merit;
     if (iteration == 0) island.merits.fill(island.merit);
-    island.t = island.at_rounding() || (island.good && island.stalled > 0) ? 0 : 1;
+    island.t = island.done() ? 0 : 1;
   }
   for (int halvings = 0;; ++halvings) {
     for (std::size_t i = 0; i < model.bodies().size(); ++i) {
@@ -171,9 +176,11 @@ void NonsmoothNewton::keep_best(const Model& model, const Vector& nu,
   for (std::size_t i = 0; i < islands_.size(); ++i) {
     Island& island = islands_[i];
     const double now = island.residuals.largest();
+    const bool evened = island.good && island.uneven > 0 && island.limit && island.t == 1;
     island.stalled = now < 0.5 * island.best ? 0 : island.stalled + 1;
-    improved_[i] = static_cast<char>(now < island.best);
-    island.best = std::min(island.best, now);
+    improved_[i] = static_cast<char>(evened || now < island.best);
+    island.best = evened ? now : std::min(island.best, now);
+    if (island.good && island.uneven > 0) island.uneven = evened ? 0 : island.uneven - 1;
   }
   nu_best_.resize(nu.size());
   p_best_.resize(reactions.size());
@@ -215,9 +222,7 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
   keep_best(model, nu, reactions);
   for (int k = 0; k < options.most; ++k) {
     // an island at rounding is done, and one that is good but no longer gets better
-    if (std::all_of(islands_.begin(), islands_.end(),
-                    [](const Island& i) { return i.at_rounding() || (i.good && i.stalled > 0); }))
-      break;
+    if (std::all_of(islands_.begin(), islands_.end(), [](const Island& i) { return i.done(); })) break;
     if (k > 0 || outcome.iterations > 0) problem.differentiate(reactions, K_);
     regularise(reactions);
     const bool creeps = std::any_of(islands_.begin(), islands_.end(),
@@ -273,6 +278,7 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   for (Reaction& r : reactions) r.w = inverse_mass(model, instant, r.W, r.law);
   K_.clear();
   R_.resize(nu.size());
+  left_open_.clear();
   find_islands(model, options, reactions);
   if (!begin(model, problem, options, nu, reactions, outcome)) return;
   const Vector start = nu;
@@ -287,6 +293,7 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   // the couplings tie islands too: they are those of the first guess
   problem.differentiate(reactions, K_);
   find_islands(model, options, reactions);
+  find_loops(model, reactions);
   if (!judge(model, options, nu, reactions, outcome)) return;
   if (newton(model, problem, options, nu, reactions, outcome)) return;
 
@@ -295,7 +302,8 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
     nu = start;
     for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = start_p[i];
     if (!evaluate(model, problem, options, nu, reactions, outcome)) return;
-    if (josephy_newton(model, problem, options, ipopt, nu, reactions, outcome)) return;
+    if (josephy_newton(model, problem, options, ipopt, nu, reactions, outcome))
+      return take_even(model, problem, options, nu, reactions, outcome);
   }
 }
 

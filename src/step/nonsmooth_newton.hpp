@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "instant/body_loops.hpp"
 #include "step/linearized_step.hpp"
 #include "step/pass_mark.hpp"
 #include "step/step_problem.hpp"
@@ -38,6 +39,9 @@ struct NewtonOutcome {
 /// A miss of a body or a reaction passes, as a speed, if it is at most
 ///   tolerance s + rounding of psi/h + min(2e-10 (largest speed that enters), 1e-6 s),   s the speed of its island (StepSpeeds):
 /// the answer's own velocities and impulses are worth 1e-6 of that at most.
+///
+/// Where bodies and reactions close loops, reactions may be redundant: Newton's linear steps then take the limit of rows that give a
+/// little, all alike, and first, while the residual is large, give more: doc/methods/redundant.md.
 ///
 /// If it stalls: Josephy and Newton's method, the linearised problem with its exact cones solved by solve_friction's chain;
 /// then the same by Ipopt.
@@ -75,7 +79,12 @@ class NonsmoothNewton {
     int map = 0;             // in use: which of the steps rho
     double best = infinity;  // residual met, and how many iterations have not halved it
     int stalled = 0;
+    bool loops = false;  // reactions may be redundant
+    double give = 0;     // of a compliance of 1, and of its reactions' w, the means [1/kg]
+    bool limit = false;  // the step in hand is to the limit of rows that give
+    int uneven = 0;      // more iterations that may be spent on that
     bool at_rounding() const { return good && residuals.largest() <= floor; }
+    bool done() const { return (at_rounding() || (good && stalled > 0)) && uneven == 0; }
   };
 
   /// A miss that passes if rounding of what is added up is that large.
@@ -105,6 +114,12 @@ class NonsmoothNewton {
               std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool josephy_newton(const Model& model, StepProblem& problem, const Options& options, bool ipopt,
                       Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  // Redundant reactions: even_sharing.cpp
+  void find_loops(const Model& model, const std::vector<Reaction>& reactions);
+  void give_evenly(std::size_t i, const Reaction& r, double eps);
+  void take_even(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+                 std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+
   int root(int body);
   double size_of(const Body& b, std::size_t body, const Vector& nu) const;
 
@@ -119,7 +134,10 @@ class NonsmoothNewton {
   Vector terms_;
   std::vector<char> improved_;        // islands that a pass is about
   std::vector<int> parent_, island_;  // of bodies
-  std::vector<double> radius_;        // of gyration: what a body's angular velocity is worth [m]
+  BodyLoops loops_;
+  std::vector<double> compliance_;  // of reactions, where islands have loops
+  std::vector<char> left_open_;     // of these: contacts that the last linear step left without a load
+  std::vector<double> radius_;      // of gyration: what a body's angular velocity is worth [m]
 };
 
 /// A joint row's W as one column of three.

@@ -12,6 +12,12 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 void PolygonalLcp::assemble(const ReducedSystem& reduced, const Instant& instant, const Island& island,
                             const PolygonalTerms& terms, bool scaled) {
+  list_unknowns(reduced, instant, island, terms, scaled);
+  fill(reduced, island, terms);
+}
+
+void PolygonalLcp::list_unknowns(const ReducedSystem& reduced, const Instant& instant, const Island& island,
+                                 const PolygonalTerms& terms, bool scaled) {
   const int contacts = static_cast<int>(island.contacts.size());
   const int frictions = static_cast<int>(island.joint_frictions.size());
   const auto contact = [&](int i) -> const ContactInstant& {
@@ -48,7 +54,9 @@ void PolygonalLcp::assemble(const ReducedSystem& reduced, const Instant& instant
     groups_.push_back({.bound = terms.h * joint.friction, .diagonal = reduced.diagonal[row], .scale = 1 / s});
     for (const double d : {1.0, -1.0}) columns_.push_back({.row = row, .c0 = d, .group = group, .scale = s});
   }
+}
 
+void PolygonalLcp::fill(const ReducedSystem& reduced, const Island& island, const PolygonalTerms& terms) {
   const int n = static_cast<int>(columns_.size()), m = static_cast<int>(groups_.size());
   Matrix& F = lcp_.A;
   Vector& f = lcp_.b;
@@ -89,6 +97,40 @@ void PolygonalLcp::read_impulses(const Vector& z, Vector& r) const {
     const double p = c.scale * z[static_cast<int>(j)];
     r[c.row] += c.c0 * p;
     if (c.rows == 2) r[c.row + 1] += c.c1 * p;
+  }
+}
+
+void PolygonalLcp::read_solution(const Vector& r, const Vector& u, Vector& z) const {
+  const int n = static_cast<int>(columns_.size());
+  z.setZero(n + static_cast<int>(groups_.size()));
+  for (int j = 0, end; j < n; j = end) {
+    const int group = columns_[at(j)].group;
+    end = j + 1;
+    if (group < 0) {
+      z[j] = r[columns_[at(j)].row] / columns_[at(j)].scale;
+      continue;
+    }
+    while (end < n && columns_[at(end)].group == group) ++end;
+    double sigma = 0, inside = -infinity;
+    for (int i = j; i < end; ++i) {
+      const Column &d = columns_[at(i)], &e = columns_[at(i + 1 < end ? i + 1 : j)];
+      if (d.rows == 1) {
+        z[i] = std::max(0.0, d.c0 * r[d.row]) / d.scale;
+        sigma = std::max(sigma, -d.c0 * u[d.row]);
+        continue;
+      }
+      sigma = std::max(sigma, -(d.c0 * u[d.row] + d.c1 * u[d.row + 1]));
+      // r = a d + b e: both are positive, but for rounding, for the vertices that it lies between
+      const double across = d.c0 * e.c1 - d.c1 * e.c0;
+      const double a = (r[d.row] * e.c1 - r[d.row + 1] * e.c0) / across;
+      const double b = (d.c0 * r[d.row + 1] - d.c1 * r[d.row]) / across;
+      if (!(std::min(a, b) > inside)) continue;
+      inside = std::min(a, b);
+      z.segment(j, end - j).setZero();
+      z[i] = std::max(0.0, a) / d.scale;
+      z[i + 1 < end ? i + 1 : j] = std::max(0.0, b) / e.scale;
+    }
+    z[n + group] = sigma / groups_[at(group)].scale;
   }
 }
 

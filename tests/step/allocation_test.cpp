@@ -77,3 +77,25 @@ TEST_CASE("after its first step an arm with joints, friction and contacts alloca
   }
   CHECK(calls() - before < 10);  // Catch's own bookkeeping aside
 }
+
+TEST_CASE("after its first steps a box on four redundant corners allocates nothing, at rest and sliding",
+          "[allocation][redundant]") {
+  const bool slides = GENERATE(false, true);
+  Model model;
+  const BodyId box = model.add_body(Inertia::solid_box(2, {1, 0.8, 0.5}), {.pose = {.p = {0, 0, 0.25}}});
+  for (const Vector3& corner : {Vector3(0.5, 0.4, -0.25), Vector3(-0.5, 0.4, -0.25),
+                                Vector3(-0.5, -0.4, -0.25), Vector3(0.5, -0.4, -0.25)})
+    model.add_contact(ground, box, point_on_plane(corner), {.mu = 0.3});
+  State x = model.rest();
+  if (slides) model.set_velocity(x, box, {2, 0.3, 0}, {0, 0, 1.5});
+  LcpStepper stepper;
+  StepReport report;
+  for (int k = 0; k < 3; ++k) stepper.step(model, x, {.h = 1e-3}, report);
+  const std::size_t before = calls();
+  for (int k = 0; k < 300; ++k) {
+    stepper.step(model, x, {.h = 1e-3}, report);
+    REQUIRE(report.advanced());
+  }
+  CHECK(calls() - before < 10);  // Catch's own bookkeeping aside
+  CHECK((x.nu.norm() > 0.1) == slides);
+}

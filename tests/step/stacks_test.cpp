@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+#include "perp/model/gaps.hpp"
 #include "perp/step/methods.hpp"
 #include "perp/study/scene.hpp"
 
@@ -72,6 +73,23 @@ TEST_CASE("a step of lcp on a stack goes on from the last step's basis, to the a
   const double weight = 9.81 * 0.01 * total_mass(stack.model);
   CHECK(std::abs(carried(stack.model, warm) - weight) < 1e-9 * weight);
   CHECK(warm.residuals.normal < 1e-10);
+}
+
+TEST_CASE("balls on top of each other, no loop of bodies, go on from the last step's basis",
+          "[lcp][stacks]") {
+  Model model;
+  BodyId below = ground;
+  for (int i = 0; i < 7; ++i) {
+    const BodyId ball = model.add_body(Inertia::solid_sphere(1, 0.1), {.pose = {.p = {0, 0, 0.1 + 0.2 * i}}});
+    model.add_contact(below, ball, i == 0 ? sphere_on_plane(0.1) : sphere_on_sphere(0.1, 0.1), {.mu = 0.3});
+    below = ball;
+  }
+  State x = model.rest();
+  const auto stepper = make_stepper("lcp");
+  REQUIRE(stepper->step(model, x, 0.01).solver == "lemke");
+  const StepReport second = stepper->step(model, x, 0.01);
+  CHECK(second.solver == "basis");
+  CHECK(std::abs(carried(model, second) - 7 * 9.81 * 0.01) < 1e-10);
 }
 
 TEST_CASE("a step of lcp finds its way from the last basis when the stack begins to slide", "[lcp][stacks]") {

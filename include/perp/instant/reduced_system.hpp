@@ -14,7 +14,8 @@ namespace perp {
 ///   q = W_r^T nu_free+ + explicit velocities,  nu_free+: the velocity with joints, r = 0.
 /// A11 is never formed: with S = W_r^T M^-1 W_r, N = W_b^T M^-1 W_b = -B and C = W_b^T M^-1 W_r the Schur complement gives
 ///   W = S - C^T N^-1 C,   p_b = N^-1 (-b_b - W_b^T nu_free) - N^-1 C r.
-/// A rank-deficient N (a closed loop, footnote 6) is solved in the least-squares sense, with the p_b of least sum N_ii p_bi^2.
+/// A rank-deficient N (a closed loop, footnote 6) is solved in the least-squares sense, with the p_b of least sum c_bi p_bi^2, c_bi
+/// the compliance of a row: the rule for redundant reactions (doc/methods/redundant.md).
 ///
 /// Rows: for each contact of the island n, and as many of t, o as it has; then one for each joint friction.
 class ReducedSystem {
@@ -35,11 +36,17 @@ class ReducedSystem {
   void add_impulses(const Instant& instant, const Island& island, const Vector& r, Vector& impulse,
                     Vector& reactions) const;
 
+  /// What rows that give a little, eps c_i p_i each, add to u: u = W r + q + eps (C r + k) + O(eps²), with
+  ///   C = diag(c) + NC^T diag(c_b) NC,   k = -NC^T diag(c_b) p_b(r = 0),   NC = N^-1 C_r.
+  void compliance(const Model& model, const Instant& instant, const Island& island, Matrix& C,
+                  Vector& k) const;
+
   Matrix W;         ///< (n, n), symmetric positive semidefinite
   Vector q;         ///< (n) [m/s, rad/s]
   Vector diagonal;  ///< (n) of S: W's before joints, always > 0
 
  private:
+  void eliminate_redundant(const Model& model, const Instant& instant, const Island& island);
   void eliminate_joints(const Model& model, const Instant& instant, const Island& island,
                         const Vector& nu_free, const Vector& joint_bias);
 

@@ -33,7 +33,8 @@ struct ContactOptions {
   double e = 0;           ///< Newton's restitution, in [0, 1]
   std::string name = {};  ///< "contact N" if empty; unique
   Vector3 tangent =
-      Vector3::Zero();  ///< wish for t of the contact frame, world axes; zero: contact_frame's choice
+      Vector3::Zero();    ///< wish for t of the contact frame, world axes; zero: contact_frame's choice
+  double compliance = 1;  ///< how much each point gives beside others, where reactions are redundant [-]; > 0
 };
 
 /// Bodies a and b that may touch where `gap` says.
@@ -41,7 +42,7 @@ struct Contact {
   std::string name;
   BodyId a, b;
   Gap gap;
-  double mu = 0, e = 0;
+  double mu = 0, e = 0, compliance = 1;
   Vector3 tangent;
   int first_point = 0;  ///< of its points among all points of the model
   int tangents = 2;     ///< directions of friction: 2 in space, 1 in the plane, 0 without friction

@@ -30,6 +30,11 @@ class PolygonalLcp {
   void assemble(const ReducedSystem& reduced, const Instant& instant, const Island& island,
                 const PolygonalTerms& terms, bool scaled);
 
+  /// The two halves of `assemble`: z, which is enough to read a solution; and F, f.
+  void list_unknowns(const ReducedSystem& reduced, const Instant& instant, const Island& island,
+                     const PolygonalTerms& terms, bool scaled);
+  void fill(const ReducedSystem& reduced, const Island& island, const PolygonalTerms& terms);
+
   const Lcp& lcp() const { return lcp_; }
 
   /// Impulses r along the rows of ReducedSystem, in N s, from a solution z of lcp().
@@ -42,7 +47,9 @@ class PolygonalLcp {
   /// Whether contact i of the island slips at z: its sliding speed sigma is above rounding.
   bool slips(int i, const Vector& z, double speed_scale) const;
 
- private:
+  /// The solution z whose impulses are r, at the velocities u of them; r is taken to satisfy (36)-(38).
+  void read_solution(const Vector& r, const Vector& u, Vector& z) const;
+
   /// One entry of z that is an impulse: up to two rows of r that it adds to.
   struct Column {
     int row = 0, rows = 1;
@@ -57,7 +64,10 @@ class PolygonalLcp {
     double diagonal = 1;  // w of its contact or joint, before joints
     double scale = 1;     // physical sigma = scale * z
   };
+  const std::vector<Column>& columns() const { return columns_; }  ///< those of contacts' normals first
+  const std::vector<Group>& groups() const { return groups_; }     ///< in the order of their columns
 
+ private:
   std::vector<Column> columns_;
   std::vector<Group> groups_;
   std::vector<int> group_of_contact_;

@@ -1,0 +1,112 @@
+// Redundant reactions in Newton's method: of all that make up a step, those of contacts and joints that give a little, all alike, as that
+// goes to nothing (doc/methods/redundant.md). With
+//   u_i + eps c_i p_i  in the place of u_i
+// eps falls with the residual; when it is slight, linear steps lead to the limit itself, in the modes of the guess.
+#include <algorithm>
+#include <cmath>
+
+#include "instant/compliance.hpp"
+#include "step/nonsmooth_newton.hpp"
+
+namespace perp {
+namespace {
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+double compliance(const Model& model, const Instant& instant, const Reaction& r) {
+  switch (r.of) {
+    case Reaction::Of::Contact: {
+      const int i = instant.contact_of_point[at(r.source)];
+      return i < 0 ? 1 : compliance_of(model, instant.contacts[at(i)]);
+    }
+    case Reaction::Of::JointRow:
+      return compliance_of(model, instant.joint_rows[at(r.source)]);
+    case Reaction::Of::JointFriction:
+      return compliance_of(model, instant.joint_frictions[at(r.source)]);
+  }
+  return 1;
+}
+
+constexpr int most_more = 4;  // iterations of an island that passes, to even it out
+
+}  // namespace
+
+/// Islands whose bodies and reactions close loops, with their reactions' compliances.
+void NonsmoothNewton::find_loops(const Model& model, const std::vector<Reaction>& reactions) {
+  loops_.begin(model);
+  left_open_.assign(reactions.size(), 0);
+  bool any = false;
+  int last = -1;  // joint: its rows stand together
+  for (const Reaction& r : reactions) {
+    if (r.of == Reaction::Of::JointFriction) continue;  // beside its joint's rows
+    if (r.of == Reaction::Of::JointRow) {
+      const int joint = instant_->joint_rows[at(r.source)].joint;
+      if (joint == last) continue;
+      last = joint;
+    }
+    if (!loops_.close(model, r.W.a, r.W.b)) continue;
+    islands_[island_number(r)].loops = any = true;
+  }
+  if (!any) return;
+  compliance_.resize(reactions.size());
+  std::vector<int> count(islands_.size(), 0);
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    Island& island = islands_[island_number(r)];
+    if (!island.loops) continue;
+    compliance_[i] = compliance(model, *instant_, r);
+    island.give += std::log(r.w / compliance_[i]);
+    ++count[island_number(r)];
+  }
+  for (std::size_t i = 0; i < islands_.size(); ++i) {
+    if (!islands_[i].loops) continue;
+    islands_[i].give = std::exp(islands_[i].give / count[i]);
+    islands_[i].uneven = most_more;
+  }
+}
+
+/// The linear step's equation of reaction i, whose row gives; `eps` is what its island's residual asks for [-].
+void NonsmoothNewton::give_evenly(std::size_t i, const Reaction& r, double eps) {
+  constexpr double slight =
+      1e-7;  // of what impulses do to their own rows: as far from 1 as from rounding, by digits
+  constexpr double most = 1e-2;  // of that, of one row: a step with more leads nowhere
+  Island& island = islands_[island_number(r)];
+  LinearizedReaction& row = rows_[i];
+  // one that rows which give leave open touches, in the limit, as one that is to close does
+  left_open_[i] = static_cast<char>(r.of == Reaction::Of::Contact && row.P.isZero(0));
+  island.limit = row.even = eps <= slight;
+  row.eps = row.rho * std::max(eps, slight) * island.give * compliance_[i] / r.w;
+  if (row.even) return;
+  row.eps = std::min(row.eps, most);
+  row.F += row.eps * (row.P * r.p);
+}
+
+/// At an answer that was not found by Newton's method.
+void NonsmoothNewton::take_even(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
+                                std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  if (std::none_of(islands_.begin(), islands_.end(), [](const Island& i) { return i.loops; })) return;
+  const Vector answer = nu;
+  const NewtonOutcome found = outcome;
+  std::vector<Vector3> p;
+  for (const Reaction& r : reactions) p.push_back(r.p);
+  for (Island& island : islands_) {
+    island.map = island.stalled = 0;
+    island.best = infinity;
+    island.limit = false;
+    island.uneven = island.loops ? most_more : 0;
+  }
+  Options short_run = options;
+  short_run.most = most_more;
+  const bool still = newton(model, problem, short_run, nu, reactions, outcome);
+  const int iterations = outcome.iterations;
+  if (!still) {
+    nu = answer;
+    for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p[i];
+    (void)evaluate(model, problem, options, nu, reactions, outcome);
+    outcome = found;
+  }
+  outcome.iterations = iterations;
+  outcome.history = found.history;
+}
+
+}  // namespace perp
