@@ -50,7 +50,9 @@ TEST_CASE("the limit of what vanishes solves the equations, and its null part gi
     Vector y;
     REQUIRE(limit.solve(A, b, C, k, S.diagonal().cwiseSqrt(), y) == Outcome::Found);
     CHECK((A * y + b).norm() < 1e-11 * (b.norm() + A.norm() * y.norm()));
-    const Matrix left = A.transpose().fullPivLu().setThreshold(1e-10).kernel();
+    Eigen::FullPivLU<Matrix> lu(A.transpose());
+    lu.setThreshold(1e-10);
+    const Matrix left = lu.kernel();
     REQUIRE(left.cols() == m - rank);
     CHECK((left.transpose() * (C * y + k)).norm() < 1e-10 * left.norm() * (C * y + k).norm());
     // what gives: y(eps) = y + eps y_1 + O(eps^2)
