@@ -136,6 +136,8 @@ void add_fit_command(CLI::App& perp, int& status) {
   command->add_option("--search", problem.search_runs, "runs for the derivative-free search at most; 0: none")
       ->transform(whole_number())
       ->type_name("N");
+  command->add_flag("--starts-first", problem.starts_first,
+                    "each file's own quantities from its rows before the first contact, and kept");
   command->add_option("--jobs", problem.jobs, "threads")->transform(whole_number())->type_name("N");
   command
       ->add_option("--out", arguments->folder, "folder for fit.csv, residuals.csv, prediction.csv, fit.html")

@@ -176,14 +176,24 @@ void FitAdjuster::normal_equations(const Vector& theta, const std::vector<int>& 
   for (int k = 0; k < n; ++k) precision_[free[static_cast<std::size_t>(k)]] = std::sqrt(H(k, k));
 }
 
+std::vector<int> FitAdjuster::adjusted() const {
+  std::vector<int> all;
+  for (int i = 0; i < unknowns_.size(); ++i)
+    if (!problem_.starts_first || unknowns_[i].shared()) all.push_back(i);
+  return all;
+}
+
 Matrix FitAdjuster::hessian() {
-  std::vector<int> all(static_cast<std::size_t>(unknowns_.size()));
-  for (int i = 0; i < unknowns_.size(); ++i) all[static_cast<std::size_t>(i)] = i;
+  const std::vector<int> free = adjusted();
   Matrix H;
   Vector g;
   for (int pass = 0; pass < 2; ++pass)
-    normal_equations(theta_, all, true, H, g);  // the second with the right differences
-  return H;
+    normal_equations(theta_, free, true, H, g);  // the second with the right differences
+  constexpr double kept = 1e12;                  // what is kept is known, as far as the others are concerned
+  Matrix all = Matrix::Zero(unknowns_.size(), unknowns_.size());
+  for (int i = 0; i < unknowns_.size(); ++i) all(i, i) = kept / (unknowns_[i].scale * unknowns_[i].scale);
+  all(free, free) = H;
+  return all;
 }
 
 LeastSquaresEnd FitAdjuster::minimise(const std::vector<int>& free, int iterations, double tolerance) {
@@ -210,13 +220,17 @@ LeastSquaresEnd FitAdjuster::minimise(const std::vector<int>& free, int iteratio
   return end;
 }
 
-bool FitAdjuster::adjust_starts() {
-  bool converged = true;
-  std::vector<int> own;
-  for (int i = 0; i < unknowns_.size(); ++i)
-    if (!unknowns_[i].shared()) own.push_back(i);
-  if (!own.empty()) converged = minimise(own, 15, 1e-2).converged;
-  return converged;
+void FitAdjuster::adjust_starts(int iterations) {
+  std::vector<int> rows;
+  for (int m = 0; m < runs_.motions(); ++m) rows.push_back(runs_.limit(m));
+  for (int m = 0; m < runs_.motions(); ++m) {
+    for (int k = 0; k < runs_.motions(); ++k) runs_.limit(k, k == m ? rows[static_cast<std::size_t>(k)] : 0);
+    std::vector<int> own;
+    for (int i = 0; i < unknowns_.size(); ++i)
+      if (unknowns_[i].motion == m) own.push_back(i);
+    if (!own.empty()) minimise(own, iterations, 1e-3 * static_cast<double>(own.size()));
+  }
+  for (int m = 0; m < runs_.motions(); ++m) runs_.limit(m, rows[static_cast<std::size_t>(m)]);
 }
 
 void FitAdjuster::settle_starts() {
@@ -228,7 +242,12 @@ void FitAdjuster::settle_starts() {
     if (rows == 0) rows = whole / 4;
     runs_.limit(m, std::clamp(rows, std::min(fewest_rows, whole), whole));
   }
-  adjust_starts();
+  constexpr int iterations = 15;
+  adjust_starts(iterations);
+  const Vector before = sigma_;
+  estimate_sigmas();  // of these rows: in flight the scatter is the instrument's alone
+  adjust_starts(iterations);
+  sigma_ = before;
 }
 
 std::vector<std::string> FitAdjuster::search_parameters() {
@@ -307,8 +326,7 @@ void FitAdjuster::estimate_sigmas() {
 }
 
 bool FitAdjuster::adjust() {
-  std::vector<int> all(static_cast<std::size_t>(unknowns_.size()));
-  for (int i = 0; i < unknowns_.size(); ++i) all[static_cast<std::size_t>(i)] = i;
+  const std::vector<int> all = adjusted();
   const double negligible =
       1e-3 * unknowns_.size();  // of chi^2/2: a gain that moves no unknown by a twentieth of its error
   // beginnings before ends: what comes after many impacts says nothing of a fit that misses the first
@@ -321,12 +339,18 @@ bool FitAdjuster::adjust() {
       whole = whole && runs_.limit(m) == end;
     }
     if (problem_.progress) problem_.progress(std::to_string(cells()) + " cells");
-    if (!whole) minimise(all, 6, 10 * negligible);
+    if (runs_.motions() > 1 && !problem_.starts_first)
+      adjust_starts(4);  // each by itself: one that resists does not damp the others
+    if (!whole) minimise(all, runs_.motions() > 1 ? 3 : 6, 10 * negligible);
   }
   bool converged = false;
   constexpr int rounds = 6;
   constexpr double settled = 0.05;  // relative change of a sigma
   for (int round = 0; round < rounds; ++round) {
+    if (problem_.starts_first) {  // in flight too they depend on the clock
+      settle_starts();
+      for (int m = 0; m < runs_.motions(); ++m) runs_.limit(m, whole_[static_cast<std::size_t>(m)]);
+    }
     const LeastSquaresEnd end = minimise(all, 20, negligible);
     converged = end.converged;
     const Vector before = sigma_;

@@ -14,8 +14,8 @@ class FitAdjuster {
   void find_bounds();    ///< parameters' bounds that were not given: what the scene accepts
   void settle_starts();  ///< each motion's start to its rows before the first contact
   std::vector<std::string> search_parameters();  ///< derivative-free, over parameters alone
-  bool adjust();         ///< everything to everything, beginnings first; whether it ended at a minimum
-  bool adjust_starts();  ///< the motions' own unknowns alone, to the rows in force
+  bool adjust();  ///< everything to everything, beginnings first; whether it ended at a minimum
+  void adjust_starts(int iterations);  ///< each motion's own unknowns alone, to the rows in force
 
   bool runs_at_all();
   const Vector& theta() const { return theta_; }
@@ -25,6 +25,8 @@ class FitAdjuster {
   FitRuns& runs() { return runs_; }
   const Unknowns& unknowns() const { return unknowns_; }
 
+  /// The unknowns that all rows decide on.
+  std::vector<int> adjusted() const;
   /// H = J^T w J by central differences, residuals in sigmas.
   Matrix hessian();
   std::vector<Residual> residuals(const Vector& theta);

@@ -216,6 +216,9 @@ void report_values(FitAdjuster& adjuster, FitResult& result) {
       value.value = x;
       value.low = std::max(u.low, x - below);
       value.high = std::min(u.high, x + above);
+      if (curve.covariance(i, i) * 1e10 < u.scale * u.scale && !u.shared() &&
+          adjuster.adjusted().size() < std::size_t(n))
+        value.low = value.high = not_set, value.note = "from its rows before the first contact";
       if (x <= u.low) value.note = "at its lower bound";
       if (x >= u.high) value.note = "at its upper bound";
       if (std::isinf(below) || std::isinf(above)) {  // the data say at least, or at most

@@ -241,6 +241,22 @@ TEST_CASE("motions held back are predicted, and say how well", "[fit]") {
     if (r.held_back) CHECK(predicted.count(r.motion) == 1);
 }
 
+TEST_CASE("starts that come first are kept, and have no intervals", "[fit]") {
+  FitProblem problem = ball_problem(1);
+  const Scene truth = thrown_ball({});
+  problem.measured = {measured(truth, truth.start, 0.5, {.noise = 1e-4, .seed = 6}, {"x", "y", "z"})};
+  problem.free = {{.name = "mu"}, {.name = "e"}, {.name = "ball.vx"}};
+  problem.set = {{"mu", 0.2}, {"e", 0.5}};
+  problem.starts_first = true;
+  problem.search_runs = 0;
+  const FitResult result = fit(problem);
+  REQUIRE(result.fitted());
+  CHECK(value_of(result, "ball.vx").value == Approx(3).margin(2e-3));
+  CHECK(std::isnan(value_of(result, "ball.vx").low));
+  CHECK(value_of(result, "mu").value == Approx(0.15).margin(2e-3));
+  CHECK(value_of(result, "mu").high > value_of(result, "mu").low);
+}
+
 TEST_CASE("a run that fails within a fit costs a penalty and is counted", "[fit]") {
   FitProblem problem = ball_problem(1);
   const auto scene = problem.scene;

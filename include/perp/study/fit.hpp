@@ -47,6 +47,9 @@ struct FitProblem {
       0;  ///< in [0, 1): this share of `measured` moves to `held_back`; of one motion alone its last rows
   unsigned seed = 1;  ///< of which motions those are, and of the search
   int jobs = 1;       ///< threads
+  /// Each motion's own quantities from its rows before the first contact, and kept: where these are far better known than the model
+  /// follows what comes after. They then have no intervals.
+  bool starts_first = false;
   long search_runs =
       -1;  ///< runs for the derivative-free search at most; -1: by the number of parameters; 0: none
   std::function<void(const std::string& what)> progress = {};  ///< called now and then
