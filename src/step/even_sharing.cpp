@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "instant/compliance.hpp"
+#include "step/closeness.hpp"
 #include "step/nonsmooth_newton.hpp"
 
 namespace perp {
@@ -81,6 +82,58 @@ void NonsmoothNewton::give_evenly(std::size_t i, const Reaction& r, double eps) 
   row.F += row.eps * (row.P * r.p);
 }
 
+/// Islands as they are before the first iteration, with linear steps to the limit or without.
+void NonsmoothNewton::start_again(bool even) {
+  even_ = even;
+  for (Island& island : islands_) {
+    island.map = island.stalled = 0;
+    island.best = infinity;
+    island.limit = false;
+    island.uneven = even && island.loops ? most_more : 0;
+  }
+}
+
+/// Newton's method with linear steps to the limit; where islands have loops and these miss an answer, or let go of a contact that the
+/// guess loads, without them: what is jammed stays so, though rows that give would have lost their load.
+bool NonsmoothNewton::newton_in_loops(const Model& model, StepProblem& problem, const Options& options,
+                                      Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  const auto looped = [](const Island& i) { return i.loops; };
+  if (std::none_of(islands_.begin(), islands_.end(), looped))
+    return newton(model, problem, options, nu, reactions, outcome);
+  constexpr double rest = 1e-2;  // of a load that is lost; jammed ones fall by more, others in a step by less
+  const auto lets_go = [&] {
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      const Reaction& r = reactions[i];
+      if (r.of == Reaction::Of::Contact && guess_[i].x() > 0 && r.p.x() < rest * guess_[i].x() &&
+          closeness::approaches(-std::max(r.u.x(), r.u.tail<2>().norm()), outcome.residuals.speed))
+        return true;
+    }
+    return false;
+  };
+  const auto take = [&](const Vector& velocity, const std::vector<Vector3>& p) {
+    nu = velocity;
+    for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p[i];
+    return evaluate(model, problem, options, nu, reactions, outcome);
+  };
+  const auto impulses = [&](std::vector<Vector3>& p) {
+    p.resize(reactions.size());
+    for (std::size_t i = 0; i < reactions.size(); ++i) p[i] = reactions[i].p;
+  };
+  nu_guess_ = nu;
+  impulses(guess_);
+  start_again(true);
+  const bool limit = newton(model, problem, options, nu, reactions, outcome);
+  if (limit && !lets_go()) return true;
+  nu_limit_ = nu;
+  impulses(limit_);
+  start_again(false);
+  if (take(nu_guess_, guess_) && newton(model, problem, options, nu, reactions, outcome) &&
+      !(limit && lets_go()))
+    return true;
+  start_again(true);
+  return limit && take(nu_limit_, limit_) && outcome.converged;
+}
+
 /// At an answer that was not found by Newton's method.
 void NonsmoothNewton::take_even(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
                                 std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
@@ -89,12 +142,7 @@ void NonsmoothNewton::take_even(const Model& model, StepProblem& problem, const 
   const NewtonOutcome found = outcome;
   std::vector<Vector3> p;
   for (const Reaction& r : reactions) p.push_back(r.p);
-  for (Island& island : islands_) {
-    island.map = island.stalled = 0;
-    island.best = infinity;
-    island.limit = false;
-    island.uneven = island.loops ? most_more : 0;
-  }
+  start_again(true);
   Options short_run = options;
   short_run.most = most_more;
   const bool still = newton(model, problem, short_run, nu, reactions, outcome);

@@ -124,7 +124,7 @@ void NonsmoothNewton::regularise(const std::vector<Reaction>& reactions) {
     const Island& island = islands_[island_number(reactions[i])];
     const double eps = part * island.residuals.largest() / std::max(island.size, 1e-300);
     rows_[i].even = false;
-    if (island.loops)
+    if (even_ && island.loops)
       give_evenly(i, reactions[i], std::min(eps, most));
     else
       rows_[i].eps = std::clamp(eps, least, most);
@@ -295,7 +295,7 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   find_islands(model, options, reactions);
   find_loops(model, reactions);
   if (!judge(model, options, nu, reactions, outcome)) return;
-  if (newton(model, problem, options, nu, reactions, outcome)) return;
+  if (newton_in_loops(model, problem, options, nu, reactions, outcome)) return;
 
   for (const bool ipopt : {false, true}) {
     if (ipopt && !has_ipopt()) return;

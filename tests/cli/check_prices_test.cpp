@@ -35,7 +35,7 @@ TEST_CASE("perp check prints unknowns, rows and the price of a step of every met
         std::string::npos);
 }
 
-TEST_CASE("--method auto takes what the scene needs, and says why in one line", "[auto]") {
+TEST_CASE("The method auto takes what the scene needs, and says why in one line", "[auto]") {
   const Scratch scratch("auto");
   const auto chosen = [&](const std::string& arguments) {
     const Outcome done =

@@ -57,8 +57,8 @@ struct FitProblem {
 
 /// One row of the answer.
 struct FittedValue {
-  std::string name;                      ///< NAME, or NAME@MOTION of what each of several motions has its own
-  double value = not_set;                ///< NaN where the data do not tell
+  std::string name;        ///< NAME, or NAME\@MOTION of what each of several motions has its own
+  double value = not_set;  ///< NaN where the data do not tell
   double low = not_set, high = not_set;  ///< 95 % interval from curvature, within the bounds
   bool identifiable = false;             ///< whether the data tell it
   std::string note = {};                 ///< "at its upper bound", or the flat direction it belongs to
