@@ -96,12 +96,19 @@ TEST_CASE("Runs from random starts end, or say why they do not, and gain no ener
   CHECK(outcomes.ends.at("ended") == family.quick);
 }
 
-TEST_CASE("Runs from random starts of chains, brakes, coins, stacks and Painleve rods end and gain no energy",
-          "[event]") {
+void ends_well(std::size_t number) {
   if (!has_sundials()) return;
-  const Family& family = hard_families[static_cast<std::size_t>(GENERATE(0, 1, 2, 3, 4))];
+  const Family& family = hard_families[number];
   const Outcomes outcomes = run_all(family, family.quick);
   CHECK(10 * outcomes.ends.at("ended") >= 9 * family.quick);  // brakes: doc/methods/event-driven.md
+}
+
+TEST_CASE("Runs from random starts of chains, brakes and coins end and gain no energy", "[event]") {
+  ends_well(GENERATE(0U, 1U, 2U));
+}
+
+TEST_CASE("Runs from random starts of stacks and Painleve rods end and gain no energy", "[event]") {
+  ends_well(GENERATE(3U, 4U));
 }
 
 TEST_CASE("A box that slides on four corners, one of which its least forces would pull, goes on", "[event]") {
