@@ -82,6 +82,10 @@ void NonsmoothNewton::give_evenly(std::size_t i, const Reaction& r, double eps) 
   row.F += row.eps * (row.P * r.p);
 }
 
+bool NonsmoothNewton::has_loops() const {
+  return std::any_of(islands_.begin(), islands_.end(), [](const Island& i) { return i.loops; });
+}
+
 /// Islands as they are before the first iteration, with linear steps to the limit or without.
 void NonsmoothNewton::start_again(bool even) {
   even_ = even;
@@ -93,51 +97,55 @@ void NonsmoothNewton::start_again(bool even) {
   }
 }
 
-/// Newton's method with linear steps to the limit; where islands have loops and these miss an answer, or let go of a contact that the
-/// guess loads, without them: what is jammed stays so, though rows that give would have lost their load.
+/// From a guess, without the rule.
+bool NonsmoothNewton::newton_without_give(const Model& model, StepProblem& problem, const Options& options,
+                                          const Vector& guess, const std::vector<Vector3>& p, Vector& nu,
+                                          std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  start_again(false);
+  return take(model, problem, options, guess, p, nu, reactions, outcome) &&
+         newton(model, problem, options, nu, reactions, outcome);
+}
+
+bool NonsmoothNewton::take(const Model& model, StepProblem& problem, const Options& options,
+                           const Vector& guess, const std::vector<Vector3>& p, Vector& nu,
+                           std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
+  nu = guess;
+  for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p[i];
+  return evaluate(model, problem, options, nu, reactions, outcome);
+}
+
+/// Newton's method with linear steps to the limit; where these let go of a contact that the guess (p) loads, without them, and what that finds
+/// stands if it keeps the load: what is jammed stays so, though rows that give would have lost theirs.
 bool NonsmoothNewton::newton_in_loops(const Model& model, StepProblem& problem, const Options& options,
-                                      Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
-  const auto looped = [](const Island& i) { return i.loops; };
-  if (std::none_of(islands_.begin(), islands_.end(), looped))
-    return newton(model, problem, options, nu, reactions, outcome);
+                                      const std::vector<Vector3>& p, Vector& nu,
+                                      std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
   constexpr double rest = 1e-2;  // of a load that is lost; jammed ones fall by more, others in a step by less
   const auto lets_go = [&] {
     for (std::size_t i = 0; i < reactions.size(); ++i) {
       const Reaction& r = reactions[i];
-      if (r.of == Reaction::Of::Contact && guess_[i].x() > 0 && r.p.x() < rest * guess_[i].x() &&
+      if (r.of == Reaction::Of::Contact && p[i].x() > 0 && r.p.x() < rest * p[i].x() &&
           closeness::approaches(-std::max(r.u.x(), r.u.tail<2>().norm()), outcome.residuals.speed))
         return true;
     }
     return false;
   };
-  const auto take = [&](const Vector& velocity, const std::vector<Vector3>& p) {
-    nu = velocity;
-    for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p[i];
-    return evaluate(model, problem, options, nu, reactions, outcome);
-  };
-  const auto impulses = [&](std::vector<Vector3>& p) {
-    p.resize(reactions.size());
-    for (std::size_t i = 0; i < reactions.size(); ++i) p[i] = reactions[i].p;
-  };
   nu_guess_ = nu;
-  impulses(guess_);
   start_again(true);
-  const bool limit = newton(model, problem, options, nu, reactions, outcome);
-  if (limit && !lets_go()) return true;
+  const bool found = newton(model, problem, options, nu, reactions, outcome);
+  if (!found || !has_loops() || !lets_go()) return found;
   nu_limit_ = nu;
-  impulses(limit_);
-  start_again(false);
-  if (take(nu_guess_, guess_) && newton(model, problem, options, nu, reactions, outcome) &&
-      !(limit && lets_go()))
+  limit_.resize(reactions.size());
+  for (std::size_t i = 0; i < reactions.size(); ++i) limit_[i] = reactions[i].p;
+  if (newton_without_give(model, problem, options, nu_guess_, p, nu, reactions, outcome) && !lets_go())
     return true;
   start_again(true);
-  return limit && take(nu_limit_, limit_) && outcome.converged;
+  return take(model, problem, options, nu_limit_, limit_, nu, reactions, outcome) && outcome.converged;
 }
 
 /// At an answer that was not found by Newton's method.
 void NonsmoothNewton::take_even(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
                                 std::vector<Reaction>& reactions, NewtonOutcome& outcome) {
-  if (std::none_of(islands_.begin(), islands_.end(), [](const Island& i) { return i.loops; })) return;
+  if (!has_loops()) return;
   const Vector answer = nu;
   const NewtonOutcome found = outcome;
   std::vector<Vector3> p;
@@ -148,9 +156,7 @@ void NonsmoothNewton::take_even(const Model& model, StepProblem& problem, const 
   const bool still = newton(model, problem, short_run, nu, reactions, outcome);
   const int iterations = outcome.iterations;
   if (!still) {
-    nu = answer;
-    for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p[i];
-    (void)evaluate(model, problem, options, nu, reactions, outcome);
+    (void)take(model, problem, options, answer, p, nu, reactions, outcome);  // as it was found
     outcome = found;
   }
   outcome.iterations = iterations;

@@ -295,16 +295,17 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   find_islands(model, options, reactions);
   find_loops(model, reactions);
   if (!judge(model, options, nu, reactions, outcome)) return;
-  if (newton_in_loops(model, problem, options, nu, reactions, outcome)) return;
+  if (newton_in_loops(model, problem, options, start_p, nu, reactions, outcome)) return;
 
   for (const bool ipopt : {false, true}) {
-    if (ipopt && !has_ipopt()) return;
-    nu = start;
-    for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = start_p[i];
-    if (!evaluate(model, problem, options, nu, reactions, outcome)) return;
+    if (ipopt && !has_ipopt()) break;
+    if (!take(model, problem, options, start, start_p, nu, reactions, outcome)) return;
     if (josephy_newton(model, problem, options, ipopt, nu, reactions, outcome))
       return take_even(model, problem, options, nu, reactions, outcome);
   }
+  if (has_loops())
+    (void)newton_without_give(model, problem, options, start, start_p, nu, reactions,
+                              outcome);  // or no answer
 }
 
 }  // namespace perp

@@ -115,8 +115,16 @@ class NonsmoothNewton {
   bool josephy_newton(const Model& model, StepProblem& problem, const Options& options, bool ipopt,
                       Vector& nu, std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   // Redundant reactions: even_sharing.cpp
-  bool newton_in_loops(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
-                       std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool has_loops() const;
+  bool newton_in_loops(const Model& model, StepProblem& problem, const Options& options,
+                       const std::vector<Vector3>& p, Vector& nu, std::vector<Reaction>& reactions,
+                       NewtonOutcome& outcome);
+  bool newton_without_give(const Model& model, StepProblem& problem, const Options& options,
+                           const Vector& guess, const std::vector<Vector3>& p, Vector& nu,
+                           std::vector<Reaction>& reactions, NewtonOutcome& outcome);
+  bool take(const Model& model, StepProblem& problem, const Options& options, const Vector& guess,
+            const std::vector<Vector3>& p, Vector& nu, std::vector<Reaction>& reactions,
+            NewtonOutcome& outcome);
   void start_again(bool even);
   void find_loops(const Model& model, const std::vector<Reaction>& reactions);
   void give_evenly(std::size_t i, const Reaction& r, double eps);
@@ -140,7 +148,7 @@ class NonsmoothNewton {
   BodyLoops loops_;
   bool even_ = false;  // linear steps lead to the limit of rows that give
   Vector nu_guess_, nu_limit_;
-  std::vector<Vector3> guess_, limit_;
+  std::vector<Vector3> limit_;
   std::vector<double> compliance_;  // of reactions, where islands have loops
   std::vector<char> left_open_;     // of these: contacts that the last linear step left without a load
   std::vector<double> radius_;      // of gyration: what a body's angular velocity is worth [m]
