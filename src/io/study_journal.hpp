@@ -3,11 +3,10 @@
 
 #include <filesystem>
 #include <map>
-#include <mutex>
 #include <set>
 #include <string>
 
-#include "core/files.hpp"
+#include "io/journal_file.hpp"
 #include "perp/study/convergence.hpp"
 
 namespace perp {
@@ -25,7 +24,6 @@ class StudyJournal {
   struct Contents {
     std::map<std::string, StudyRun> runs;  ///< by key, without level and method
     std::set<std::string> machines;
-    std::size_t whole = 0;  ///< bytes up to the last whole line
   };
   [[nodiscard]] static Contents read(const std::filesystem::path& folder);
 
@@ -34,11 +32,8 @@ class StudyJournal {
   void add_run(const std::string& key, const StudyRun& run);  ///< threads may call it at once
 
  private:
-  void append(const std::string& cells);
-
-  OutputFile file_;
+  JournalFile file_;
   Contents contents_;
-  std::mutex one_at_a_time_;
 };
 
 }  // namespace perp

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files.hpp"
+#include "io/journal_file.hpp"
 #include "perp/core/types.hpp"
 
 namespace perp {
@@ -28,13 +28,12 @@ class SweepJournal {
   SweepJournal(const std::filesystem::path& folder, std::string mark);
 
   using Contents = std::map<long, SweepAnswer>;
-  [[nodiscard]] static Contents read(const std::filesystem::path& folder, const std::string& mark,
-                                     std::size_t* whole = nullptr);
+  [[nodiscard]] static Contents read(const std::filesystem::path& folder, const std::string& mark);
   const Contents& contents() const { return contents_; }
   void add(long number, const SweepAnswer& answer);  ///< threads may call it at once
 
  private:
-  OutputFile file_;
+  JournalFile file_;
   std::string mark_;
   Contents contents_;
   std::mutex one_at_a_time_;

@@ -33,6 +33,18 @@ bool loads_vary(const Model& model, const Instant& s) {
   return loads_follow_state(model) || !s.masses.empty();
 }
 
+bool move_to_end(const Model& model, const State& x, const StepRequest& request, const Vector& nu,
+                 const Instant& start, const std::vector<int>* near, State& moved, Instant& end) {
+  moved.t = request.t_end;
+  moved.q = x.q;
+  moved.winding = x.winding;
+  moved.nu = nu;
+  move(model, nu, request.h, moved.q);
+  if (!moved.q.allFinite()) return false;
+  perp::evaluate(model, moved, end, &start, near);
+  return end.fault.empty();
+}
+
 NonsmoothNewton::Options moving_from(const Model& model, const State& x, double h,
                                      NonsmoothNewton::Options options) {
   options.start = &x;

@@ -125,6 +125,12 @@ class VelocityLevel final : public StepProblem {
 /// Whether loads but gyroscopic terms depend on velocities, or on the configuration.
 [[nodiscard]] bool loads_vary(const Model& model, const Instant& s);
 
+/// The state to which a step of `request` from x goes at nu, and everything there; `near` are the contacts to look at. False where it is not
+/// finite.
+[[nodiscard]] bool move_to_end(const Model& model, const State& x, const StepRequest& request,
+                               const Vector& nu, const Instant& start, const std::vector<int>* near,
+                               State& moved, Instant& end);
+
 /// Newton's options for equations whose positions move with nu, from x over h.
 NonsmoothNewton::Options moving_from(const Model& model, const State& x, double h,
                                      NonsmoothNewton::Options options);

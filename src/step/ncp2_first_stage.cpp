@@ -45,14 +45,7 @@ FirstStage::FirstStage(const Model& model, const Instant& start, const std::vect
 }
 
 bool FirstStage::evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) {
-  moved_.t = request_.t_end;
-  moved_.q = x_.q;
-  moved_.winding = x_.winding;
-  moved_.nu = nu;
-  move(model_, nu, request_.h, moved_.q);
-  if (!moved_.q.allFinite()) return false;
-  perp::evaluate(model_, moved_, end_, &start_, near_);
-  if (!end_.fault.empty()) return false;
+  if (!move_to_end(model_, x_, request_, nu, start_, near_, moved_, end_)) return false;
   half_.nu = nu;
   loads_at(model_, start_, half_, scratch_, load_);
   multiply_mass(model_, start_, nu, R);

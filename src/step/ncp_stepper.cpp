@@ -33,14 +33,7 @@ class EndOfStep final : public StepProblem {
         geometry_(geometry) {}
 
   bool evaluate(const Vector& nu, std::span<Reaction> reactions, Vector& R) override {
-    moved_.t = request_.t_end;
-    moved_.q = x_.q;
-    moved_.winding = x_.winding;
-    moved_.nu = nu;
-    move(model_, nu, request_.h, moved_.q);
-    if (!moved_.q.allFinite()) return false;
-    perp::evaluate(model_, moved_, end_, &start_, near_);
-    if (!end_.fault.empty()) return false;
+    if (!move_to_end(model_, x_, request_, nu, start_, near_, moved_, end_)) return false;
     multiply_mass(model_, end_, nu - x_.nu, R);
     R -= request_.h * end_.k;
     for (Reaction& r : reactions) place(nu, r);

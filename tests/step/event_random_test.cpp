@@ -77,29 +77,19 @@ void run_one(const Start& start, Outcomes& outcomes) {
   outcomes.carried += carried ? 1 : 0;
 }
 
-Outcomes run_all(const Family& family, int count) {
-  Outcomes outcomes;
-  for (int i = 0; i < count; ++i) {
-    Draw draw(static_cast<unsigned>(i + 1));
-    CAPTURE(family.name, i);
-    run_one(family.make(draw), outcomes);
-  }
-  return outcomes;
-}
-
 }  // namespace
 
 TEST_CASE("Runs from random starts end, or say why they do not, and gain no energy", "[event]") {
   if (!has_sundials()) return;
   const Family& family = families[static_cast<std::size_t>(GENERATE(0, 1, 2, 3, 4))];
-  const Outcomes outcomes = run_all(family, family.quick);
+  const Outcomes outcomes = run_all<Outcomes>(family.name, family.make, run_one, family.quick);
   CHECK(outcomes.ends.at("ended") == family.quick);
 }
 
 void ends_well(std::size_t number) {
   if (!has_sundials()) return;
   const Family& family = hard_families[number];
-  const Outcomes outcomes = run_all(family, family.quick);
+  const Outcomes outcomes = run_all<Outcomes>(family.name, family.make, run_one, family.quick);
   CHECK(10 * outcomes.ends.at("ended") >= 9 * family.quick);  // brakes: doc/methods/event-driven.md
 }
 
@@ -136,7 +126,7 @@ void run_and_tell(std::span<const Family> all, int most_across) {
   int across = 0;
   for (const Family& family : all) {
     const auto begin = std::chrono::steady_clock::now();
-    const Outcomes outcomes = run_all(family, family.slow);
+    const Outcomes outcomes = run_all<Outcomes>(family.name, family.make, run_one, family.slow);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
     std::printf("%s: %.0f s, %ld evaluations, %d carried across, energy grew by %.1e at most\n", family.name,
                 taken.count(), outcomes.evaluations, outcomes.carried, outcomes.grown);

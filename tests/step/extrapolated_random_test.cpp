@@ -54,21 +54,11 @@ void run_one(const Start& start, Outcomes& outcomes) {
   }
 }
 
-Outcomes run_all(const Family& family, int count) {
-  Outcomes outcomes;
-  for (int i = 0; i < count; ++i) {
-    Draw draw(static_cast<unsigned>(i + 1));
-    CAPTURE(family.name, i);
-    run_one(family.make(draw), outcomes);
-  }
-  return outcomes;
-}
-
 }  // namespace
 
 TEST_CASE("Runs of extrapolated from random starts end and gain no energy", "[extrapolated]") {
   const Family& family = families[static_cast<std::size_t>(GENERATE(0, 1, 2, 3, 4))];
-  const Outcomes outcomes = run_all(family, 20);
+  const Outcomes outcomes = run_all<Outcomes>(family.name, family.make, run_one, 20);
   CAPTURE(family.name, outcomes.why);
   const bool loop = std::string_view(family.name) == "four-bar on the floor";  // doc: known failures
   CHECK(outcomes.early <= (loop ? 3 : 0));
@@ -78,7 +68,7 @@ TEST_CASE("Runs of extrapolated from random starts end and gain no energy", "[ex
 TEST_CASE("Of 2,000 runs of extrapolated from random starts hardly one ends early", "[extrapolated][slow]") {
   Outcomes all;
   for (const Family& family : families) {
-    const Outcomes outcomes = run_all(family, 400);
+    const Outcomes outcomes = run_all<Outcomes>(family.name, family.make, run_one, 400);
     std::printf("%s: %d of 400 ended early, %.1e s of 400 carried across\n", family.name, outcomes.early,
                 outcomes.across);
     all.early += outcomes.early;

@@ -249,4 +249,16 @@ inline Start painleve_start(Draw& draw) {
   return s;
 }
 
+/// What comes of the first `count` starts of a family, by `run_one`.
+template <class Outcomes, class Make, class RunOne>
+Outcomes run_all(const char* name, Make make, RunOne run_one, int count) {
+  Outcomes outcomes;
+  for (int i = 0; i < count; ++i) {
+    Draw draw(static_cast<unsigned>(i + 1));
+    CAPTURE(name, i);
+    run_one(make(draw), outcomes);
+  }
+  return outcomes;
+}
+
 }  // namespace perp
