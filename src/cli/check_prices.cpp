@@ -89,7 +89,7 @@ void print_prices(const Scene& scene) {
       "frictions\n",
       shortest(h).c_str(), rows.contacts, rows.tangents, rows.joints, rows.frictions);
   for (const Method& m : methods())
-    std::printf("price %-10s %s; %s\n", std::string(m.name).c_str(), unknowns(scene, m, rows, h).c_str(),
+    std::printf("price %-12s %s; %s\n", std::string(m.name).c_str(), unknowns(scene, m, rows, h).c_str(),
                 price(scene, m, h).c_str());
 }
 

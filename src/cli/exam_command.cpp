@@ -41,7 +41,7 @@ void print(const std::vector<ExamAnswer>& answers, bool csv) {
                   a.value == a.value ? shortest(a.value).c_str() : "", shortest(a.right).c_str(),
                   shortest(a.tolerance).c_str(), std::string(name_of(a.verdict)).c_str());
     else if (a.verdict != ExamVerdict::Pass)
-      std::printf("%-10s %-26s %-14s %s, right is %s to %s: %s%s%s\n", a.method.c_str(), a.question.c_str(),
+      std::printf("%-12s %-26s %-14s %s, right is %s to %s: %s%s%s\n", a.method.c_str(), a.question.c_str(),
                   a.quantity.c_str(), in_short(a.value).c_str(), in_short(a.right).c_str(),
                   in_short(a.tolerance).c_str(), std::string(name_of(a.verdict)).c_str(),
                   a.reason.empty() ? "" : ": ", a.reason.c_str());

@@ -17,7 +17,7 @@ void add_methods_command(CLI::App& perp, int& status) {
     for (const Method& m : methods()) {
       const std::string name(m.name), what(m.what);
       const std::string order = m.order > 0 || *csv ? std::to_string(m.order) : "-";
-      std::printf(*csv ? "%s,%s,\"%s\"\n" : "%-10s order %s  %s\n", name.c_str(), order.c_str(),
+      std::printf(*csv ? "%s,%s,\"%s\"\n" : "%-12s order %s  %s\n", name.c_str(), order.c_str(),
                   what.c_str());
     }
     status = Done;

@@ -53,11 +53,11 @@ std::string shown(double x) {
 }
 
 void print_orders(const StudyOutcome& outcome) {
-  std::printf("%-20s %-10s %-10s %-9s %7s %8s %7s  %s\n", "scene", "method", "", "reference", "order",
+  std::printf("%-20s %-12s %-10s %-9s %7s %8s %7s  %s\n", "scene", "method", "", "reference", "order",
               "expected", "points", "note");
   for (const ConvergenceTable& table : outcome.tables)
     for (const OrderRow& row : table.orders)
-      std::printf("%-20s %-10s %-10s %-9s %7s %8s %7d  %s\n", table.scene.c_str(), row.method.c_str(),
+      std::printf("%-20s %-12s %-10s %-9s %7s %8s %7d  %s\n", table.scene.c_str(), row.method.c_str(),
                   row.parameter.c_str(), std::string(name_of(row.reference)).c_str(),
                   shown(row.q.order).c_str(),
                   row.expected == row.expected ? shortest(row.expected).c_str() : "-", row.q.points,
