@@ -1,12 +1,8 @@
 #include "instant/body_loops.hpp"
 
+#include "core/index.hpp"
+
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void BodyLoops::begin(const Model& model) {
   for (const int body : touched_) parent_[at(body)] = body;
   touched_.clear();

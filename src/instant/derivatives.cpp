@@ -3,14 +3,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/index.hpp"
 #include "instant/pair_side.hpp"
 
 namespace perp {
 namespace {
 
 using Columns = ContactDerivative::Columns;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Directions fixed to a pair at one point, and how they turn: rows psi' = linear . (relative velocity at the point) +
 /// angular[1] . w_b - angular[0] . w_a.

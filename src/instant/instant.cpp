@@ -35,7 +35,9 @@ void add(const Body& body, const Matrix3& R, const Wrench& wrench, Vector& k) {
 }
 
 /// Force F on the point x of a body whose centre of mass is p.
-Wrench at(const Vector3& force, const Vector3& x, const Vector3& p) { return {force, (x - p).cross(force)}; }
+Wrench acting_at(const Vector3& force, const Vector3& x, const Vector3& p) {
+  return {force, (x - p).cross(force)};
+}
 
 void evaluate_generalized(const Body& body, int index, const State& x, Instant& s) {
   const Vector q = x.q.segment(body.q0, body.nq), nu = x.nu.segment(body.v0, body.nv);
@@ -121,12 +123,12 @@ void add_loads(const Model& model, const State& x, Instant& s) {
       force += (spring.stiffness * spring.length - spring.damping * rate) * e;
       if (spring.damping > 0) {
         const Vector3 damping = -spring.damping * rate * e;
-        add(model.body(spring.a), s.R[a], at(-damping, x_a, s.X[a].p), s.k_load);
-        add(model.body(spring.b), s.R[b], at(damping, x_b, s.X[b].p), s.k_load);
+        add(model.body(spring.a), s.R[a], acting_at(-damping, x_a, s.X[a].p), s.k_load);
+        add(model.body(spring.b), s.R[b], acting_at(damping, x_b, s.X[b].p), s.k_load);
       }
     }
-    add(model.body(spring.a), s.R[a], at(-force, x_a, s.X[a].p), s.k);
-    add(model.body(spring.b), s.R[b], at(force, x_b, s.X[b].p), s.k);
+    add(model.body(spring.a), s.R[a], acting_at(-force, x_a, s.X[a].p), s.k);
+    add(model.body(spring.b), s.R[b], acting_at(force, x_b, s.X[b].p), s.k);
   }
   for (const BodyForce& load : model.forces()) {
     const Wrench wrench = load.wrench(model, x);

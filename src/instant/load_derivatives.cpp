@@ -1,3 +1,4 @@
+#include "core/index.hpp"
 #include "instant/pair_side.hpp"
 #include "instant/scales.hpp"
 #include "perp/instant/derivatives.hpp"
@@ -7,8 +8,6 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Columns = ContactDerivative::Columns;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 void differentiate_spring(const Model& model, const Spring& spring, const Instant& s,
                           std::vector<LoadDerivative>& out) {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <functional>
 
+#include "core/index.hpp"
+
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// The levers of a contact that count: a body that never moves has none.
 bool levers_of(const Model& model, const Contact& contact, double& largest) {

@@ -2,12 +2,11 @@
 
 #include <Eigen/QR>
 
+#include "core/index.hpp"
 #include "instant/compliance.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Smallest Cholesky pivot of N, relative to its row, that is taken as full rank [-]; below it the rank is found.
 constexpr double full_rank = 1e-6;

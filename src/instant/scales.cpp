@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
+
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 Scales scales_of(const Model& model, const State& x, const Instant& instant) {
   Scales s{.length = 0};
   Vector free;

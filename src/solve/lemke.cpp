@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
@@ -15,12 +16,10 @@ using ConstVector = Eigen::Ref<const Vector>;
 
 constexpr int check_every = 20;        // pivots between two looks at the rounding that has grown
 constexpr double drift_limit = 1e-11;  // of w - A z - d z0 - b relative to its terms, before setting up again
-constexpr double round_off = 4e-16;    // relative residual not worth a refinement
-constexpr int max_repairs = 6;         // set-ups from the data at the path's end
-constexpr double good_enough = 0.01;   // of the tolerance: no repair
+constexpr double residual_settled = 4e-16;  // relative residual not worth a refinement
+constexpr int max_repairs = 6;              // set-ups from the data at the path's end
+constexpr double good_enough = 0.01;        // of the tolerance: no repair
 constexpr double z0_is_zero = 1e-7;  // of max|b|: z0 leaves rather than another; what this costs is repaired
-
-size_t at(int i) { return static_cast<size_t>(i); }
 
 void check_sizes(const ConstMatrix& A, const ConstVector& b) {
   if (A.rows() == b.size() && A.cols() == b.size()) return;
@@ -181,7 +180,7 @@ bool LemkeSolver::refactorise(const ConstMatrix& A, const ConstVector& b) {
         if (size > largest) largest = size, best_row = i, best = k;
       }
     }
-    if (best_row < 0 || largest < round_off) return false;
+    if (best_row < 0 || largest < residual_settled) return false;
     exchange(best_row, slot_of(wanted[best]));
     leaves[at(best_row)] = 0;
     wanted.erase(wanted.begin() + static_cast<std::ptrdiff_t>(best));
@@ -258,7 +257,7 @@ double LemkeSolver::evaluate(const ConstMatrix& A, const ConstVector& b, const V
 double LemkeSolver::read_solution(const ConstMatrix& A, const ConstVector& b, Vector& z) {
   for (int j = 0; j < n_; ++j) z[j] = is_basic(n_ + j) ? std::max(row(row_of(n_ + j))[0], 0.0) : 0.0;
   double error = evaluate(A, b, z);
-  for (int k = 0; k < 3 && error > round_off; ++k) {
+  for (int k = 0; k < 3 && error > residual_settled; ++k) {
     for (int j = 0; j < n_; ++j) {
       if (!is_basic(n_ + j)) continue;
       double* r = row(row_of(n_ + j));

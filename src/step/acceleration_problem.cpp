@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <numeric>
 
+#include "core/index.hpp"
 #include "perp/instant/friction_polygon.hpp"
 #include "perp/solve/lcp.hpp"
 #include "solve/even_friction.hpp"
@@ -12,8 +13,6 @@
 
 namespace perp {
 namespace {
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 constexpr double rounding = 1e-8;  // of what adds up to an acceleration: less is zero [-]
 

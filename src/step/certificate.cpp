@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "step/free_rotation.hpp"
 #include "step/step_laws.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// sum W p of a stage. Contacts and joints are those of `s`, or where it has not the contact, of `other`.
 void add_impulses(const Instant& s, const Instant& other, std::span<const Acting> all, Vector& out) {

@@ -1,9 +1,9 @@
 #include "step/closeness.hpp"
 
+#include "core/index.hpp"
+
 namespace perp::closeness {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 constexpr double joint_terms = 32;  // a row turns anchors and adds four positions
 

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "instant/compliance.hpp"
 #include "step/closeness.hpp"
 #include "step/nonsmooth_newton.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 double compliance(const Model& model, const Instant& instant, const Reaction& r) {
   switch (r.of) {

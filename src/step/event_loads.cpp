@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "step/event_run.hpp"
 #include "step/event_watch.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// The next double.
 double beyond(double t) { return std::nextafter(t, infinity); }

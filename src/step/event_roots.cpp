@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
+
 namespace perp {
 namespace {
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 constexpr double feasible =
     2;  // times `small`: what a force root is where others than the least forces hold [-]

@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "step/certificate.hpp"
 #include "step/row_quadrature.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 const Contact& contact_of(const Model& model, int point) {
   const auto& all = model.contacts();

@@ -2,18 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/step/simulate.hpp"
 #include "step/event_run.hpp"
 #include "step/inelastic_step.hpp"
 
 namespace perp {
-namespace {
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 /// Jumps of velocity until nothing approaches, then the modes that CP1 says.
 bool EventRun::settle(const std::vector<Root>& triggers) {
   State& x = now_.x;

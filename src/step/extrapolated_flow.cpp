@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Substeps of column j = 1, 2, ...
 int substeps_of(int column) { return 2 * column; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
@@ -12,8 +13,6 @@
 
 namespace perp {
 namespace {
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 /// The touching contacts' velocities as a function of their impulses, u = W r + q.
 struct Touching {

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "step/certificate.hpp"
 #include "step/closeness.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 bool moves(const WrenchMap<3>& W) { return W.na + W.nb > 0; }
 

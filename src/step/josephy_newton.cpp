@@ -2,13 +2,12 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "core/index.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "step/nonsmooth_newton.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 constexpr Eigen::Index most_dense_rows = 240;  // of contacts; beyond, the sparse form
 

@@ -1,13 +1,12 @@
 // The problems of a linear step's islands, and what solves them.
 #include <algorithm>
 
+#include "core/index.hpp"
 #include "step/lcp_workspace.hpp"
 #include "step/mixed_form.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Unknowns up to which Lemke's path costs no more than a factorisation.
 constexpr int few_unknowns = 60;

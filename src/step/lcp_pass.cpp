@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "step/lcp_workspace.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Metres that a unit of a joint's row is worth.
 double length_of(const Model& model, const Instant& s, const JointRowInstant& row) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/instant/friction_polygon.hpp"
 #include "step/free_rotation.hpp"
@@ -15,8 +16,6 @@
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Whether the linearised gap closes within h at the velocity without reactions. What touches to rounding of the step's `speed` counts:
 /// joints of a stack at rest do not come and go.

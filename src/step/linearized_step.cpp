@@ -4,13 +4,9 @@
 #include <cmath>
 #include <Eigen/LU>
 
+#include "core/index.hpp"
+
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 /// The blocks' pattern: bodies that share a reaction or a coupling. Kept while it stays the same.
 void LinearizedStep::analyze(const Model& model, const std::vector<Coupling>& K,
                              const std::vector<Reaction>& reactions) {

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "perp/solve/mixed_lcp.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Column c of a wrench map as a vector of the system's velocity space.
 template <int C>
@@ -19,7 +18,7 @@ Vector dense(const WrenchMap<C>& W, int c, int nv) {
 }
 
 /// The columns of D, each with the velocity that its body of reference brings along, and sigma's row that bounds it.
-struct Directions {
+struct FrictionDirections {
   std::vector<Vector> D;
   std::vector<double> bias;
   std::vector<int> group;
@@ -33,7 +32,7 @@ bool solve_mixed(const Model& model, const Instant& s, const std::vector<Vector2
   const int nv = model.nv(), nb = static_cast<int>(s.joint_rows.size()), nc = static_cast<int>(active.size());
 
   // directions of friction: unilateral ones, then joints'
-  Directions directions;
+  FrictionDirections directions;
   std::vector<double> mu, bound;  // of each sigma
   std::vector<int> normal;        // its contact in `active`, or -1
   for (int i = 0; i < nc; ++i) {

@@ -7,12 +7,11 @@
 #include <Eigen/QR>
 #include <numeric>
 
+#include "core/index.hpp"
 #include "instant/compliance.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 template <int C>
 void fill_column(const WrenchMap<C>& W, int column, double factor, int target, Matrix& out) {

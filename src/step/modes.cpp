@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
+
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 JointFreedom freedom_of(const Model& model, const JointRowInstant& friction) {
   return model.joints()[at(friction.joint)].coordinates[at(friction.coordinate)].freedom;
 }

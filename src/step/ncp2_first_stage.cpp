@@ -2,13 +2,9 @@
 
 #include <algorithm>
 
+#include "core/index.hpp"
+
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void loads_at(const Model& model, const Instant& s, State& at_nu, Instant& scratch, Vector& f) {
   const bool constant = !loads_vary(model, s);
   if (!constant) evaluate_loads(model, at_nu, scratch);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "step/certificate.hpp"
 #include "step/closeness.hpp"
@@ -18,8 +19,6 @@
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Bodies that turn far in a step: first guesses of w_½ that solve their free rotation.
 void guess_rotations(const Model& model, const Instant& s, const State& x, double h, Vector& nu) {

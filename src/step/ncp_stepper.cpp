@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "step/certificate.hpp"
 #include "step/closeness.hpp"
@@ -15,8 +16,6 @@
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// (25)-(38) at the end of the step, in nu+ and p.
 class EndOfStep final : public StepProblem {

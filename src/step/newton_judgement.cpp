@@ -2,14 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "solve/cone.hpp"
 #include "step/closeness.hpp"
 #include "step/nonsmooth_newton.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// F = p - projection(p - rho u/w) and P. A contact that touches without a load, z_n within `rounding` [m/s] of zero, counts as
 /// closed in P: so a stack that begins to carry closes all of its joints at once, not one in an iteration. With `rounding` < 0 it

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "step/closeness.hpp"
 #include "step/implicit_step.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Whether loads, gaps or joints may change while nothing moves.
 bool varies_with_time(const Model& model) {

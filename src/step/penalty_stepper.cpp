@@ -5,6 +5,7 @@
 #include <cmath>
 #include <Eigen/LU>
 
+#include "core/index.hpp"
 #include "instant/scales.hpp"
 #include "perp/core/errors.hpp"
 #include "step/certificate.hpp"
@@ -20,8 +21,6 @@ namespace {
 
 constexpr int most_iterations = 60;
 constexpr double pass = 1e-10;  // of the speeds in the step
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 void need_positive(const char* what, double value, bool zero) {
   if (std::isnan(value)) return;

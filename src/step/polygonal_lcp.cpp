@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
+
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void PolygonalLcp::assemble(const ReducedSystem& reduced, const Instant& instant, const Island& island,
                             const PolygonalTerms& terms, bool scaled) {
   list_unknowns(reduced, instant, island, terms, scaled);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
+
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 constexpr double at_rest =
     1e-9;  // of the velocities that enter: less is rounding of impulses as large as they need be [-]

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "step/step_energy.hpp"
 
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 // Lobatto's points on [0, 1], the weights, integrals up to each point of the polynomials that are 1 at one point, and their slopes.
 const std::array<double, RowQuadrature::points> RowQuadrature::place = {0, 0.17267316464601143, 0.5,
                                                                         0.82732683535398857, 1};

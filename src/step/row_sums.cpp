@@ -2,12 +2,11 @@
 
 #include <cmath>
 
+#include "core/index.hpp"
 #include "step/step_energy.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 enum Work { Friction, Load, Motor, Surface, works };
 

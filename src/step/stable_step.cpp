@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/index.hpp"
 #include "instant/pair_side.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/instant/reduced_system.hpp"
@@ -10,8 +11,6 @@
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// A spring along a row: its elongation's rate is Wᵀ nu + (explicit part).
 struct Elastic {

@@ -1,12 +1,8 @@
 #include "step/step_energy.hpp"
 
+#include "core/index.hpp"
+
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 double power_of_moving_springs(const Model& model, const Instant& s) {
   double power = 0;
   const auto moves = [&](BodyId b) { return model.body(b).kind == BodyKind::Prescribed; };

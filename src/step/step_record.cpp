@@ -3,16 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "step/closeness.hpp"
 
 namespace perp {
-namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 bool touches(const ContactInstant& c, double h, double speed) {
   return closeness::touches(c.psi_n, h, speed);
 }

@@ -20,19 +20,19 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A folder for the browser's own files, gone with it.
-class Profile {
+class UserFolder {
  public:
-  Profile() {
+  UserFolder() {
     std::string name = (fs::temp_directory_path() / "perp-view-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("a temporary folder could not be made");
     path_ = name;
   }
-  ~Profile() {
+  ~UserFolder() {
     std::error_code ignored;
     fs::remove_all(path_, ignored);
   }
-  Profile(const Profile&) = delete;
-  Profile& operator=(const Profile&) = delete;
+  UserFolder(const UserFolder&) = delete;
+  UserFolder& operator=(const UserFolder&) = delete;
   const fs::path& path() const { return path_; }
 
  private:
@@ -58,7 +58,7 @@ std::string url_of(const fs::path& page, const std::string& fragment) {
 }
 
 /// Runs the browser on a page; what it printed goes into the files `out` and `err`.
-void run(const std::string& browser, const Profile& profile, std::vector<std::string> arguments, int width,
+void run(const std::string& browser, const UserFolder& profile, std::vector<std::string> arguments, int width,
          int height, const fs::path& out, const fs::path& err) {
   std::vector<std::string> all{browser,
                                "--headless",
@@ -107,7 +107,7 @@ std::string find_browser() {
 
 void take_picture(const std::string& browser, const fs::path& page, const std::string& fragment, int width,
                   int height, const fs::path& png) {
-  const Profile profile;
+  const UserFolder profile;
   const fs::path out = profile.path() / "out", err = profile.path() / "err",
                  shot = profile.path() / "shot.png";
   run(browser, profile, {"--screenshot=" + shot.string(), url_of(page, fragment)}, width, height, out, err);
@@ -120,7 +120,7 @@ void take_picture(const std::string& browser, const fs::path& page, const std::s
 
 std::string document_of(const std::string& browser, const fs::path& page, const std::string& fragment,
                         int width, int height) {
-  const Profile profile;
+  const UserFolder profile;
   const fs::path out = profile.path() / "out", err = profile.path() / "err";
   run(browser, profile, {"--dump-dom", url_of(page, fragment)}, width, height, out, err);
   std::string document = text_of(out);

@@ -4,12 +4,11 @@
 #include <cmath>
 #include <map>
 
+#include "core/index.hpp"
 #include "perp/instant/instant.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 std::string_view name_of(BodyMotion::Kind kind) {
   switch (kind) {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
+
 namespace perp {
 namespace {
 
 using Vector4 = Eigen::Vector4d;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 template <class V>
 V hermite(const V& y_0, const V& d_0, const V& y_1, const V& d_1, double s, double h) {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/version.hpp"
 #include "view/drawing.hpp"
@@ -16,8 +17,6 @@ namespace perp {
 namespace {
 
 using nlohmann::json;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 json listed(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 json listed(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }

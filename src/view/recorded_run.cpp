@@ -7,6 +7,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/index.hpp"
 #include "io/run_recipe.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/csv_reader.hpp"
@@ -15,8 +16,6 @@ namespace perp {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// Where the numbers of one body stand in trajectory.csv.
 struct BodyColumns {

@@ -4,12 +4,11 @@
 #include <cmath>
 #include <map>
 
+#include "core/index.hpp"
 #include "perp/core/types.hpp"
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 double diameter(const std::vector<Vector3>& corners) {
   double largest = 0;

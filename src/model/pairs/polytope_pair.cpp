@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
+
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// How far a normal may leave the cone of the directions that a corner or an edge meets others in, as a sine: what rests flat is at its
 /// rim, and stays known as it tilts.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/index.hpp"
 #include "perp/core/errors.hpp"
 
 #ifdef PERP_HAS_QHULL
@@ -13,8 +14,6 @@
 
 namespace perp {
 namespace {
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 #ifdef PERP_HAS_QHULL
 /// Qhull's memory.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/index.hpp"
 #include "model/shapes/hull.hpp"
 #include "perp/core/errors.hpp"
 
@@ -10,8 +11,6 @@ namespace perp {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
 double length(const char* where, const char* argument, double value) {
   if (!(value > 0) || !std::isfinite(value))
     refuse(where, argument, value, "needs to be positive and finite [m]");
