@@ -27,6 +27,16 @@ std::string triple(const Vector3& v) {
   return "(" + shortest(v.x()) + ", " + shortest(v.y()) + ", " + shortest(v.z()) + ")";
 }
 
+std::string moments(const Contact& c) {
+  std::string text;
+  if (c.torsion > 0) text += ", torsion = " + shortest(c.torsion) + " m";
+  if (c.rolling > 0) text += ", rolling = " + shortest(c.rolling) + " m";
+  if (c.friction_axes)
+    text += " along t and " + shortest(c.friction_axes->mu.y()) + " along o of axes fixed to " +
+            (c.friction_axes->of == FrictionAxes::Of::A ? "a" : "b");
+  return text;
+}
+
 void report_model(const Scene& scene, const Instant& now) {
   const Model& model = scene.model;
   std::printf("%s: %s\n", scene.name.c_str(), scene.what.c_str());
@@ -41,9 +51,10 @@ void report_model(const Scene& scene, const Instant& now) {
     std::printf(", at %s m\n", triple(now.X[static_cast<std::size_t>(i)].p).c_str());
   }
   for (const Contact& c : model.contacts())
-    std::printf("contact %s: %s on %s, %d point%s, mu = %s, e = %s\n", c.name.c_str(),
+    std::printf("contact %s: %s on %s, %d point%s, mu = %s%s, e = %s\n", c.name.c_str(),
                 model.body(c.b).name.c_str(), model.body(c.a).name.c_str(), c.gap.points(),
-                c.gap.points() == 1 ? "" : "s", shortest(c.mu).c_str(), shortest(c.e).c_str());
+                c.gap.points() == 1 ? "" : "s", shortest(c.mu).c_str(), moments(c).c_str(),
+                shortest(c.e).c_str());
   for (const JointGeometry& j : model.joints())
     std::printf("joint %s: %s to %s, %zu equations\n", j.name.c_str(), model.body(j.a).name.c_str(),
                 model.body(j.b).name.c_str(), j.rows.size());

@@ -31,6 +31,12 @@ double compliance_of(const Model& model, const ContactInstant& contact) {
   return compliance_of(model, joint, joint.coordinates[static_cast<std::size_t>(stop.coordinate)].row);
 }
 
+double moments_compliance_of(const Model& model, const ContactInstant& contact) {
+  const Contact& pair = model.contacts()[static_cast<std::size_t>(contact.contact)];
+  return pair.compliance /
+         std::max(gyration_squared(model.body(pair.a)), gyration_squared(model.body(pair.b)));
+}
+
 double compliance_of(const Model& model, const JointRowInstant& row) {
   const JointGeometry& joint = model.joint({row.joint});
   return compliance_of(model, joint,

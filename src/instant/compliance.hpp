@@ -9,6 +9,8 @@ namespace perp {
 // of rows in rad, L the largest radius of gyration of the bodies that the joint connects. Only ratios count.
 [[nodiscard]] double compliance_of(const Model& model,
                                    const ContactInstant& contact);  ///< of each of n, t, o
+[[nodiscard]] double moments_compliance_of(const Model& model,
+                                           const ContactInstant& contact);  ///< of torsion and rolling
 [[nodiscard]] double compliance_of(const Model& model,
                                    const JointRowInstant& row);  ///< an equation or a friction
 

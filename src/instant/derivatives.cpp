@@ -86,9 +86,10 @@ struct Directions {
   }
 };
 
-/// d(t) and d(o) from d(n), t the projection of a fixed `wish` across n (in the plane t = n x z).
+/// d(t) and d(o) from d(n) and d(wish), t the projection of `wish` across n (in the plane t = n x z).
 template <class Derived>
-void turn_frame(const ContactInstant& c, const Eigen::MatrixBase<Derived>& dn, Derived& dt, Derived& d_o) {
+void turn_frame(const ContactInstant& c, const Eigen::MatrixBase<Derived>& dn, const Derived& d_wish,
+                Derived& dt, Derived& d_o) {
   const Vector3 n = c.frame.col(0), t = c.frame.col(1);
   if (c.tangents == 1) {
     dt = -skew(Vector3::UnitZ()) * dn;
@@ -96,8 +97,17 @@ void turn_frame(const ContactInstant& c, const Eigen::MatrixBase<Derived>& dn, D
     const double along = n.dot(c.wish);
     const Matrix3 across = (Matrix3::Identity() - t * t.transpose()) / (c.wish - along * n).norm();
     dt = -across * (along * Matrix3::Identity() + n * c.wish.transpose()) * dn;
+    if (!d_wish.isZero(0)) dt += across * (d_wish - n * (n.transpose() * d_wish));
   }
   d_o = -skew(t) * dn + skew(n) * dt;
+}
+
+/// d(wish): friction axes turn with their body.
+Columns turn_wish(const Model& model, const ContactInstant& c) {
+  Columns turn = Columns::Zero();
+  const std::optional<FrictionAxes>& axes = model.contacts()[at(c.contact)].friction_axes;
+  if (axes) turn.middleCols<3>(axes->of == FrictionAxes::Of::A ? 3 : 9) = -skew(c.wish);
+  return turn;
 }
 
 /// s.motion.surface's derivatives, by central differences: it is a velocity field that its maker gave as values alone.
@@ -236,8 +246,8 @@ void differentiate(const Model& model, const State& x, const Instant& instant, c
       {side_of(model, instant, c.W.a, -1, c.position), side_of(model, instant, c.W.b, +1, c.position)}};
   Vector3 linear_t[3] = {geometry.normal_t, zero, zero};
   if (c.tangents > 0) {
-    turn_frame(c, geometry.normal, d.d_linear[1], d.d_linear[2]);
-    turn_frame(c, geometry.normal_t, linear_t[1], linear_t[2]);
+    turn_frame(c, geometry.normal, turn_wish(model, c), d.d_linear[1], d.d_linear[2]);
+    turn_frame(c, geometry.normal_t, zero, linear_t[1], linear_t[2]);
   }
   d.force(p, out.force);
   out.velocity.setZero();
@@ -264,6 +274,36 @@ void differentiate(const Model& model, const State& x, const Instant& instant, c
   }
 }
 
+void differentiate_moments(const Model& model, const State& x, const Instant& instant,
+                           const ContactInstant& c, const ContactDerivative& geometry, const Vector3& p,
+                           PairDerivative<3>& out) {
+  const Vector3 zero = Vector3::Zero(), axes[3] = {c.frame.col(0), c.frame.col(1), c.frame.col(2)};
+  const MomentInstant& m = *instant.moments_of(c);
+  Columns turn[3] = {geometry.normal, Columns::Zero(), Columns::Zero()};
+  Vector3 turn_t[3] = {geometry.normal_t, zero, zero};
+  turn_frame(c, geometry.normal, turn_wish(model, c), turn[1], turn[2]);
+  turn_frame(c, geometry.normal_t, zero, turn_t[1], turn_t[2]);
+  const Columns none = Columns::Zero();
+  const Directions<3> d{
+      {zero, zero, zero},
+      {{axes[0], axes[1], axes[2]}, {axes[0], axes[1], axes[2]}},
+      {none, none, none},
+      {{turn[0], turn[1], turn[2]}, {turn[0], turn[1], turn[2]}},
+      geometry.point,
+      {side_of(model, instant, c.W.a, -1, c.position), side_of(model, instant, c.W.b, +1, c.position)}};
+  d.force(p, out.force);
+  out.velocity.setZero();
+  out.velocity_t.setZero();
+  for (int j = 0; j < 3; ++j) {
+    const bool used = j == 0 ? m.torsion > 0 : m.rolling > 0 && (j == 2 || c.tangents == 2);
+    if (!used) continue;
+    const Eigen::Matrix<double, 1, 12> du = d.velocity(j);
+    for (const Side& s : d.side) out.velocity_t[j] += s.sign * turn_t[j].dot(s.V.w);
+    out.velocity_t[j] += d.prescribed(j, x.t, du);
+    out.velocity.row(j) = d.in_coordinates(du);
+  }
+}
+
 void differentiate(const Model& model, const Instant& instant, const JointRowInstant& row, double p,
                    PairDerivative<1>& out) {
   const Directions<1> d = directions(model, instant, row);
@@ -280,6 +320,13 @@ Vector3 acceleration_bias(const Model& model, const State& x, const Instant& ins
   if (model.contacts()[at(c.contact)].own) return own_bias(model, x, c);
   PairDerivative<3> d;
   differentiate(model, x, instant, c, geometry, Vector3::Zero(), d);
+  return d.velocity * velocities(c.W, x.nu) + d.velocity_t;
+}
+
+Vector3 moments_acceleration_bias(const Model& model, const State& x, const Instant& instant,
+                                  const ContactInstant& c, const ContactDerivative& geometry) {
+  PairDerivative<3> d;
+  differentiate_moments(model, x, instant, c, geometry, Vector3::Zero(), d);
   return d.velocity * velocities(c.W, x.nu) + d.velocity_t;
 }
 

@@ -236,6 +236,28 @@ void fill_body(const Body& body, const Pose& X, const Matrix3& R, const Twist& V
   }
 }
 
+/// The moments' columns about the contact's axes.
+void evaluate_moments(const Model& model, const Contact& contact, Instant& s, ContactInstant& c) {
+  c.moments = static_cast<int>(s.moments.size());
+  MomentInstant& m = s.moments.emplace_back();
+  m.mu_o = contact.friction_axes ? contact.friction_axes->mu.y() : contact.mu;
+  m.torsion = contact.torsion;
+  m.rolling = contact.rolling;
+  m.W.connect(model, contact.a, contact.b);
+  const auto fill = [&](BodyId id, double sign, WrenchMap<3>::Block& block) {
+    const auto i = static_cast<std::size_t>(id.index);
+    const Body& body = model.body(id);
+    for (int j = 0; j < 3; ++j) {
+      const bool used = j == 0 ? m.torsion > 0 : m.rolling > 0 && (j == 2 || c.tangents == 2);
+      if (!used) continue;
+      if (body.nv > 0) block.col(j) = sign * coordinates(body, s.R[i], Vector3::Zero(), c.frame.col(j));
+      if (body.kind == BodyKind::Prescribed) m.bias[j] += sign * c.frame.col(j).dot(s.V[i].w);
+    }
+  };
+  fill(contact.a, -1, m.W.A);
+  fill(contact.b, +1, m.W.B);
+}
+
 bool finite(const ContactPoint& p) {
   return std::isfinite(p.gap) && p.normal.allFinite() && p.point.allFinite() && std::isfinite(p.gap_t);
 }
@@ -248,6 +270,7 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
   else
     s.contact_of_point.assign(all_points, -1);
   s.contacts.clear();
+  s.moments.clear();
   const std::size_t looked_at = only == nullptr ? model.contacts().size() : only->size();
   for (std::size_t k = 0; k < looked_at; ++k) {
     const std::size_t i = only == nullptr ? k : static_cast<std::size_t>((*only)[k]);
@@ -297,7 +320,9 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
       c.tangents = contact.tangents;
       c.wish = contact.tangent;
       if (contact.tangents == 1) c.wish = p.normal.cross(Vector3::UnitZ());  // the plane's one direction
-      if (contact.tangents == 2 && like != nullptr)
+      if (const std::optional<FrictionAxes>& axes = contact.friction_axes)
+        c.wish = s.R[axes->of == FrictionAxes::Of::A ? a : b] * axes->t;
+      else if (contact.tangents == 2 && like != nullptr)
         if (const int before = like->contact_of_point[static_cast<std::size_t>(c.point)]; before >= 0)
           c.wish = like->contacts[static_cast<std::size_t>(before)].frame.col(1);
       c.wish = tangent_wish(p.normal, c.wish);
@@ -308,6 +333,7 @@ void evaluate_contacts(const Model& model, const State& x, Instant& s, const Ins
       c.W.connect(model, contact.a, contact.b);
       fill_body(body_a, s.X[a], s.R[a], s.V[a], -1, x.t, c, c.W.A);
       fill_body(body_b, s.X[b], s.R[b], s.V[b], +1, x.t, c, c.W.B);
+      if (contact.has_ellipse()) evaluate_moments(model, contact, s, c);
     }
   }
 }

@@ -41,6 +41,8 @@ void add_contact(RunTable& file, const Model& model, const StepReport& report, c
     file.cell(report.h > 0 ? std::isnan(row.force[i]) ? row.impulse[i] / report.h : row.force[i]
                            : row.force[i]);
   file.cell(name_of(row.mode));
+  if (model.contact_with_moments() != nullptr)
+    for (const double m : row.moment) file.cell(m);
   if (halves) file.cell(row.half);
   file.end_row();
 }
@@ -170,6 +172,8 @@ RunFiles::RunFiles(const std::filesystem::path& folder, const Model& model, cons
   };
   tables_->trajectory = open("trajectory", trajectory_header(model));
   std::vector<RunColumn> contacts = columns(contact_columns);
+  if (model.contact_with_moments() != nullptr)
+    for (const char* name : {"tx", "ty", "tz"}) contacts.push_back({name});
   if (options.halves) contacts.push_back({"half"});
   tables_->contacts = open("contacts", contacts);
   tables_->joints = open("joints", columns(joint_columns));

@@ -324,13 +324,25 @@ class SceneReader {
     });
   }
 
+  static FrictionAxes friction_axes(const SceneTable& table) {
+    table.allow({"mu", "axes_of", "t"});
+    const std::vector<double> mu = table.numbers("mu", 2, 2, Dimension::None);
+    FrictionAxes axes{.mu = {mu[0], mu[1]}, .t = table.vector("t", Dimension::None, Vector3::UnitX())};
+    if (table.has("axes_of") && table.word("axes_of", {"a", "b"}) == 1) axes.of = FrictionAxes::Of::B;
+    return axes;
+  }
+
   void contact(const SceneTable& table) {
-    table.allow({"name", "a", "b", "gap", "mu", "e", "tangent", "compliance"});
+    table.allow(
+        {"name", "a", "b", "gap", "mu", "torsion", "rolling", "friction_axes", "e", "tangent", "compliance"});
     const BodyId a = table.body("a"), b = table.body("b");
     Gap gap = read_gap(table.table("gap"));
     ContactOptions options;
     options.name = table.name();
     options.mu = table.number("mu", Dimension::None, 0);
+    options.torsion = table.number("torsion", Dimension::Length, 0);
+    options.rolling = table.number("rolling", Dimension::Length, 0);
+    if (table.has("friction_axes")) options.friction_axes = friction_axes(table.table("friction_axes"));
     options.e = table.number("e", Dimension::None, 0);
     options.compliance = table.number("compliance", Dimension::None, 1);
     options.tangent = table.vector("tangent", Dimension::None, options.tangent);

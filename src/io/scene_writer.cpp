@@ -153,6 +153,14 @@ class SceneWriter {
     line("length", spring.length);
   }
 
+  static std::string axes(const FrictionAxes& axes) {
+    InlineTable table;
+    table.add("mu", written(std::span(axes.mu.data(), 2)));
+    table.add("axes_of", in_quotes(axes.of == FrictionAxes::Of::A ? "a" : "b"));
+    table.add("t", written(axes.t));
+    return table.text();
+  }
+
   void contact(const Contact& contact, std::size_t i) {
     if (contact.stop.joint >= 0) return;  // said by its joint's limit
     if (!contact.gap.recipe().known()) cannot_say(scene_, "gap of contact '" + contact.name + "'");
@@ -160,7 +168,10 @@ class SceneWriter {
     if (contact.name != "contact " + std::to_string(i + 1)) line("name", in_quotes(contact.name));
     connects(contact.a, contact.b);
     line("gap", write_gap(contact.gap.recipe()));
-    if (contact.mu != 0) line("mu", contact.mu);
+    if (contact.mu != 0 && !contact.friction_axes) line("mu", contact.mu);
+    if (contact.torsion != 0) line("torsion", contact.torsion);
+    if (contact.rolling != 0) line("rolling", contact.rolling);
+    if (contact.friction_axes) line("friction_axes", axes(*contact.friction_axes));
     if (contact.e != 0) line("e", contact.e);
     if (!zero(contact.tangent)) line("tangent", contact.tangent);
     if (contact.compliance != 1) line("compliance", contact.compliance);

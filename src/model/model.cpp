@@ -27,6 +27,38 @@ void need_index(std::string_view where, std::string_view argument, int index, st
     refuse(where, argument, index, "is not of this model");
 }
 
+/// Friction axes need a body that they are fixed to and a plane to lie in; mu becomes that along t.
+void take_axes(const std::string& where, Contact& contact, BodyKind a, BodyKind b) {
+  const FrictionAxes& axes = *contact.friction_axes;
+  for (const double mu : axes.mu)
+    if (!(mu >= 0) || !std::isfinite(mu))
+      refuse(where, "friction_axes.mu", mu, "needs two coefficients >= 0 and finite");
+  if (contact.mu != 0)
+    refuse(where, "mu", contact.mu, "needs to be left out where friction_axes has its own");
+  need_finite(where, "friction_axes.t", axes.t);
+  if (axes.t.isZero(0)) refuse(where, "friction_axes.t", "zero", "needs a direction");
+  if (!contact.tangent.isZero(0))
+    refuse(where, "tangent", "given", "needs to be left out where friction_axes has its own direction");
+  const BodyKind own = axes.of == FrictionAxes::Of::A ? a : b;
+  if (own == BodyKind::Particle || contact.own)
+    refuse(where, "friction_axes.of", "a body without an orientation", "needs a body that has one");
+  if (in_plane(a) && in_plane(b) && (a == BodyKind::Planar || b == BodyKind::Planar))
+    refuse(where, "friction_axes", "given",
+           "needs spatial bodies: in the plane there is one direction of slip");
+  contact.mu = axes.mu.x();
+}
+
+/// Moments of friction act between bodies that can turn against each other about their axes.
+void need_orientations(const std::string& where, const Contact& contact, BodyKind a, BodyKind b) {
+  const char* key = contact.torsion > 0 ? "torsion" : "rolling";
+  const double value = contact.torsion > 0 ? contact.torsion : contact.rolling;
+  if (a == BodyKind::Particle || b == BodyKind::Particle)
+    refuse(where, key, value, "needs bodies that turn, and a particle has no orientation");
+  if (contact.own) refuse(where, key, value, "needs bodies with a pose, which a generalized body has not");
+  if (contact.torsion > 0 && in_plane(a) && in_plane(b))
+    refuse(where, "torsion", contact.torsion, "is about the normal, about which planar bodies do not turn");
+}
+
 using Names = std::vector<std::string>;
 
 /// A list that a report or a copy of the model may be reading: that one stays as it is.
@@ -130,8 +162,11 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
                   .b = b,
                   .gap = std::move(gap),
                   .mu = options.mu,
+                  .torsion = options.torsion,
+                  .rolling = options.rolling,
                   .e = options.e,
                   .compliance = options.compliance,
+                  .friction_axes = options.friction_axes,
                   .tangent = options.tangent,
                   .first_point = points_};
   contact.own = std::move(own);
@@ -145,6 +180,12 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
     refuse(where, "a and b", "immovable", "one of them needs to be able to move");
   if (!(contact.mu >= 0) || !std::isfinite(contact.mu))
     refuse(where, "mu", contact.mu, "needs to be >= 0 and finite");
+  if (!(contact.torsion >= 0) || !std::isfinite(contact.torsion))
+    refuse(where, "torsion", contact.torsion, "needs to be >= 0 and finite [m]");
+  if (!(contact.rolling >= 0) || !std::isfinite(contact.rolling))
+    refuse(where, "rolling", contact.rolling, "needs to be >= 0 and finite [m]");
+  if (contact.friction_axes) take_axes(where, contact, kind_a, kind_b);
+  if (contact.has_moments()) need_orientations(where, contact, kind_a, kind_b);
   if (!(contact.e >= 0 && contact.e <= 1)) refuse(where, "e", contact.e, "needs to be in [0, 1]");
   if (!(contact.compliance > 0) || !std::isfinite(contact.compliance))
     refuse(where, "compliance", contact.compliance, "needs to be > 0 and finite");
@@ -152,7 +193,8 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
   if (!contact_names_.insert(contact.name).second)
     refuse("add_contact", "name", contact.name, "is taken already");
 
-  contact.tangents = contact.mu == 0 ? 0 : in_plane(kind_a) && in_plane(kind_b) ? 1 : 2;
+  const bool rubs = contact.mu > 0 || contact.has_ellipse();  // moments are about the axes that friction has
+  contact.tangents = !rubs ? 0 : in_plane(kind_a) && in_plane(kind_b) ? 1 : 2;
   if (contact.own) contact.tangents = contact.mu == 0 ? 0 : 1;
   add(std::move(contact));
   return {static_cast<int>(contacts_.size()) - 1};
@@ -165,6 +207,7 @@ void Model::add(Contact contact) {
   for (int i = 0; i < contact.gap.points(); ++i)
     add_name(point_names_,
              contact.gap.points() == 1 ? contact.name : contact.name + between + std::to_string(i));
+  if (contact.has_ellipse() && with_moments_ < 0) with_moments_ = static_cast<int>(contacts_.size());
   contacts_.push_back(std::move(contact));
   changed();
 }

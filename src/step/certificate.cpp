@@ -18,9 +18,12 @@ void add_impulses(const Instant& s, const Instant& other, std::span<const Acting
     } else if (r.of == Reaction::Of::JointFriction) {
       s.joint_frictions[at(r.source)].W.add_impulse(r.p.head<1>(), out);
     } else {
+      const Instant* where = &s;
       const ContactInstant* c = contact_at(s, r.source);
-      if (c == nullptr) c = contact_at(other, r.source);
-      if (c != nullptr) c->W.add_impulse(r.p, out);
+      if (c == nullptr) c = contact_at(*(where = &other), r.source);
+      if (c == nullptr) continue;
+      const bool moments = r.of == Reaction::Of::Moments;
+      (moments ? where->moments_of(*c)->W : c->W).add_impulse(r.p, out);
     }
   }
 }

@@ -5,6 +5,7 @@
 #include "perp/core/errors.hpp"
 #include "step/acceleration_problem.hpp"
 #include "step/modes.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
 
@@ -22,6 +23,7 @@ std::string_view name_of(Cp1Status status) {
 
 Cp1Solution solve_cp1(const Model& model, const State& x, const Cp1Options& options) {
   model.check("solve_cp1", x);
+  need_no_moments("solve_cp1", model);
   if (options.edges != 0 && options.edges < 3)
     refuse("solve_cp1", "edges", options.edges, "needs to be 0 (the circular cone), or 3 at least");
   Instant instant;

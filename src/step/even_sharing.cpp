@@ -8,6 +8,7 @@
 #include "core/index.hpp"
 #include "instant/compliance.hpp"
 #include "step/closeness.hpp"
+#include "step/moment_laws.hpp"
 #include "step/nonsmooth_newton.hpp"
 
 namespace perp {
@@ -18,6 +19,10 @@ double compliance(const Model& model, const Instant& instant, const Reaction& r)
     case Reaction::Of::Contact: {
       const int i = instant.contact_of_point[at(r.source)];
       return i < 0 ? 1 : compliance_of(model, instant.contacts[at(i)]);
+    }
+    case Reaction::Of::Moments: {
+      const int i = instant.contact_of_point[at(r.source)];
+      return i < 0 ? 1 : moments_compliance_of(model, instant.contacts[at(i)]) * r.lever * r.lever;
     }
     case Reaction::Of::JointRow:
       return compliance_of(model, instant.joint_rows[at(r.source)]);
@@ -38,7 +43,8 @@ void NonsmoothNewton::find_loops(const Model& model, const std::vector<Reaction>
   bool any = false;
   int last = -1;  // joint: its rows stand together
   for (const Reaction& r : reactions) {
-    if (r.of == Reaction::Of::JointFriction) continue;  // beside its joint's rows
+    if (r.of == Reaction::Of::JointFriction || r.of == Reaction::Of::Moments)
+      continue;  // beside its joint's rows, its contact's
     if (r.of == Reaction::Of::JointRow) {
       const int joint = instant_->joint_rows[at(r.source)].joint;
       if (joint == last) continue;
@@ -66,7 +72,8 @@ void NonsmoothNewton::find_loops(const Model& model, const std::vector<Reaction>
 }
 
 /// The linear step's equation of reaction i, whose row gives; `eps` is what its island's residual asks for [-].
-void NonsmoothNewton::give_evenly(std::size_t i, const Reaction& r, double eps) {
+void NonsmoothNewton::give_evenly(std::size_t i, const std::vector<Reaction>& reactions, double eps) {
+  const Reaction& r = reactions[i];
   constexpr double slight =
       1e-7;  // of what impulses do to their own rows: as far from 1 as from rounding, by digits
   constexpr double most = 1e-2;  // of that, of one row: a step with more leads nowhere
@@ -78,7 +85,15 @@ void NonsmoothNewton::give_evenly(std::size_t i, const Reaction& r, double eps) 
   row.eps = row.rho * std::max(eps, slight) * island.give * compliance_[i] / r.w;
   if (row.even) return;
   row.eps = std::min(row.eps, most);
-  row.F += row.eps * (row.P * r.p);
+  if (row.whole != nullptr) return;  // with its moments
+  if (r.of != Reaction::Of::Moments) {
+    row.F += row.eps * (row.P * r.p);
+    return;
+  }
+  LinearizedReaction& contact = rows_[i - 1];
+  const Vector6 given = *contact.whole * whole(contact.eps * reactions[i - 1].p, row.eps * r.p);
+  contact.F += given.head<3>();
+  row.F += given.tail<3>();
 }
 
 bool NonsmoothNewton::has_loops() const {

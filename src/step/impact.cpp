@@ -10,6 +10,7 @@
 #include "perp/solve/friction_solver.hpp"
 #include "solve/even_friction.hpp"
 #include "step/modes.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
 namespace {
@@ -130,6 +131,7 @@ FrictionSolution jam(const Model& model, const Touching& touching) {
 
 Impact solve_impact(const Model& model, const State& x, const ImpactOptions& options) {
   model.check("solve_impact", x);
+  need_no_moments("solve_impact", model);
   const Touching touching(model, x, options.small_gap);
   const auto count = static_cast<Eigen::Index>(touching.island.contacts.size());
   Vector e = Vector::Zero(count);

@@ -6,6 +6,7 @@
 #include "core/index.hpp"
 #include "step/certificate.hpp"
 #include "step/closeness.hpp"
+#include "step/moment_laws.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -58,13 +59,15 @@ void LastImpulses::prepare(const Model& model, const Instant& s, const State& x)
     return;
   revision = model.revision();
   contact.assign(at(model.contact_points()), Vector3::Zero());
+  moment.assign(model.contact_with_moments() == nullptr ? 0 : contact.size(), Vector3::Zero());
   touching.clear();
   row.assign(s.joint_rows.size(), 0);
   friction.assign(s.joint_frictions.size(), 0);
   h = 0;
 }
 
-void StepReactions::add_contact(const ContactInstant& c, const Vector3& p, const StepSpeeds& speeds) {
+void StepReactions::add_contact(const Instant& s, const ContactInstant& c, const Vector3& p,
+                                const Vector3& moment, const StepSpeeds& speeds) {
   if (!moves(c.W)) return;
   Reaction& r = all.emplace_back();
   r.law = law_of(c);
@@ -73,6 +76,19 @@ void StepReactions::add_contact(const ContactInstant& c, const Vector3& p, const
   r.W = c.W;
   r.p.head(1 + c.tangents) = (c.frame.transpose() * p).head(1 + c.tangents);
   speeds.measure(r, &c);
+  const MomentInstant* m = s.moments_of(c);
+  if (m == nullptr) return;
+  r.has_moments = true;
+  Reaction& moments = all.emplace_back();
+  moments.law = Law::Moments;
+  moments.of = Reaction::Of::Moments;
+  moments.source = c.point;
+  moments.lever = speeds.lever_of(c, *m);
+  place_moments(*m, moments);
+  const Vector3 about = c.frame.transpose() * moment / moments.lever;
+  if (m->torsion > 0) moments.p.x() = about.x();
+  if (m->rolling > 0) moments.p.tail(c.tangents) = about.tail(c.tangents);
+  speeds.measure_moments(moments, *m);
 }
 
 void StepReactions::begin(const Model& model, const Instant& s, const State& x, double h, double h_p,
@@ -84,10 +100,12 @@ void StepReactions::begin(const Model& model, const Instant& s, const State& x, 
   for (std::size_t i = 0; i < s.contacts.size(); ++i) {
     const ContactInstant& c = s.contacts[i];
     const Vector3 p = scale * last.contact[at(c.point)];
+    const Vector3 moment =
+        last.moment.empty() ? Vector3::Zero().eval() : Vector3(scale * last.moment[at(c.point)]);
     const double rate = std::min(c.velocity(x.nu).x(), c.velocity(nu).x());
     if (c.psi_n + h * rate > 0 && p.isZero(0)) continue;
     taken_[i] = 1;
-    add_contact(c, p, speeds);
+    add_contact(s, c, p, moment, speeds);
   }
   const auto add_joints = [&](const std::vector<JointRowInstant>& rows, const std::vector<double>& before,
                               Law law, Reaction::Of of, int column) {
@@ -139,13 +157,19 @@ bool StepReactions::add_overlapping(const Instant& s, const StepSpeeds& speeds, 
       taken_[at(then)] = 1;
     else
       appeared_.push_back(now.point);
-    add_contact(then >= 0 ? s.contacts[at(then)] : now, Vector3::Zero(), speeds);
+    add_contact(then >= 0 ? s : end, then >= 0 ? s.contacts[at(then)] : now, Vector3::Zero(), Vector3::Zero(),
+                speeds);
   }
   return all.size() > before;
 }
 
 const ContactInstant* contact_of(const Reaction& r, const Instant& s) {
   return r.of == Reaction::Of::Contact ? contact_at(s, r.source) : nullptr;
+}
+
+const MomentInstant* moments_of(const Reaction& r, const Instant& s) {
+  const ContactInstant* c = r.of == Reaction::Of::Moments ? contact_at(s, r.source) : nullptr;
+  return c == nullptr ? nullptr : s.moments_of(*c);
 }
 
 bool StruckBodies::add(const Reaction& r) {
@@ -162,7 +186,10 @@ void StruckBodies::spread(const std::vector<Reaction>& all) {
   for (bool more = any_; more;) {
     more = false;
     for (const Reaction& r : all)
-      if (r.of != Reaction::Of::Contact || r.p.x() > 0) more = (touches(r) && add(r)) || more;
+      if (r.of == Reaction::Of::Moments)
+        continue;  // with its contact
+      else if (r.of != Reaction::Of::Contact || r.p.x() > 0)
+        more = (touches(r) && add(r)) || more;
   }
 }
 
@@ -264,6 +291,7 @@ void add_row(const ContactRow& row, int half, StepReport& report) {
     *sum = row;
     sum->p_n += before.p_n;
     sum->impulse += before.impulse;
+    sum->moment += before.moment;
     if (row.mode == ContactMode::Open) sum->mode = before.mode;
   } else {
     report.contacts.insert(sum, row);
@@ -279,15 +307,19 @@ void add_row(const ContactRow& row, int half, StepReport& report) {
 void report_reactions(const Model& model, const Instant& s, const std::vector<Reaction>& reactions,
                       double speed, StepReport& report, int half) {
   if (report.joints.empty()) begin_joints(model, report);
-  for (const Reaction& r : reactions) {
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
     if (r.of == Reaction::Of::JointFriction)
       add_joint_friction(s.joint_frictions[at(r.source)], r.p.y(),
                          slips(r, speed) ? ContactMode::Slip : ContactMode::Stick, report);
     if (r.of == Reaction::Of::JointRow) add_joint_reaction(s.joint_rows[at(r.source)], r.p.x(), report);
     const ContactInstant* c = contact_of(r, s);
     if (c == nullptr) continue;
-    const ContactMode closed = slips(r, speed) ? ContactMode::Slip : ContactMode::Stick;
-    add_row(contact_row(*c, r.p, r.p.x() > 0 ? closed : ContactMode::Open), half, report);
+    const bool slip = r.has_moments ? slides(r, reactions[i + 1], speed) : slips(r, speed);
+    const ContactMode closed = slip ? ContactMode::Slip : ContactMode::Stick;
+    ContactRow row = contact_row(*c, r.p, r.p.x() > 0 ? closed : ContactMode::Open);
+    if (r.has_moments) row.moment = reactions[i + 1].lever * (c->frame * reactions[i + 1].p);
+    add_row(row, half, report);
   }
 }
 
@@ -296,6 +328,10 @@ void list_impulses(const std::vector<Reaction>& reactions, std::vector<Acting>& 
   for (const Reaction& r : reactions) {
     Acting& one = all.emplace_back(Acting{.of = r.of, .source = r.source, .p = r.p, .w = r.w});
     if (r.of == Reaction::Of::JointFriction) one.p = {r.p.y(), 0, 0};
+    if (r.of == Reaction::Of::Moments) {
+      one.lever = r.lever;
+      one.p *= r.lever;
+    }
   }
 }
 
@@ -313,9 +349,12 @@ void report_end(const Instant& end, const State& moved, StepReport& report) {
 void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, const StepReport& report,
                    const State& end, LastImpulses& last) {
   for (const int point : last.touching) last.contact[at(point)].setZero();
+  if (!last.moment.empty())
+    for (const int point : last.touching) last.moment[at(point)].setZero();
   last.touching.clear();
   for (const ContactRow& row : report.contacts) {
     last.contact[at(row.point)] = row.impulse;
+    if (!last.moment.empty()) last.moment[at(row.point)] = row.moment;
     last.touching.push_back(row.point);
   }
   for (const Reaction& r : reactions) {

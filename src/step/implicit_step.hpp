@@ -11,7 +11,8 @@ namespace perp {
 /// Impulses of the last step, first guesses of the next: by contact point (world axes), joint row and joint friction.
 struct LastImpulses {
   std::vector<Vector3> contact;
-  std::vector<int> touching;  ///< the points that `contact` is not zero of
+  std::vector<Vector3> moment;  ///< of the same points, world axes; empty where no contact has moments
+  std::vector<int> touching;    ///< the points that `contact` is not zero of
   std::vector<double> row, friction;
   double h = 0;
   State end;  ///< where that step ended
@@ -35,14 +36,17 @@ class StepReactions {
   std::vector<Reaction> all;
 
  private:
-  void add_contact(const ContactInstant& c, const Vector3& p, const StepSpeeds& speeds);
+  void add_contact(const Instant& s, const ContactInstant& c, const Vector3& p, const Vector3& moment,
+                   const StepSpeeds& speeds);
 
   std::vector<char> taken_;    // of the start's contacts
   std::vector<int> appeared_;  // points that it does not have
 };
 
-/// The contact of s that r is about: null for joints, and for a point that s does not have.
+/// The contact of s that r is about: null for joints and moments, and for a point that s does not have.
 const ContactInstant* contact_of(const Reaction& r, const Instant& s);
+/// The moments of s that r is about: null for all else, and for a point that s does not have.
+const MomentInstant* moments_of(const Reaction& r, const Instant& s);
 
 /// The bodies that impacts change: those that meet, and those that reactions tie to them.
 class StruckBodies {

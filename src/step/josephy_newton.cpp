@@ -1,4 +1,5 @@
 // Josephy and Newton's method for a step: the bodies' equations linearised, the cones left as they are.
+#include <algorithm>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -154,6 +155,9 @@ bool sparse_round(const Model& model, const Instant& instant, const Vector& R, F
 bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, const Options& options,
                                      bool ipopt, Vector& nu, std::vector<Reaction>& reactions,
                                      NewtonOutcome& outcome) {
+  const bool moments = std::any_of(reactions.begin(), reactions.end(),
+                                   [](const Reaction& r) { return r.law == Law::Moments; });
+  if (moments) return false;
   constexpr int most_rounds = 12;
   constexpr int most_idle = 2;       // rounds in a row that have not halved the residual
   constexpr double most_work = 2e5;  // rows times iterations of the chain, over all rounds

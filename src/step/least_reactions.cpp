@@ -1,9 +1,17 @@
 #include "step/least_reactions.hpp"
 
+#include "perp/core/errors.hpp"
 #include "solve/minimum_norm.hpp"
 #include "step/implicit_step.hpp"
 
 namespace perp {
+
+void need_any_reactions(std::string_view method, const Model& model, Reactions reactions) {
+  const Contact* contact = model.contact_with_moments();
+  if (contact == nullptr || reactions == Reactions::Any) return;
+  refuse(method, "reactions", "minimum-norm",
+         "is not known of torsion and rolling, which contact '" + contact->name + "' has");
+}
 
 void take_least(const Model& model, const Instant& instant, double speed, std::vector<Reaction>& reactions) {
   constexpr double rounding = 1e-9;  // of the speeds that enter the step

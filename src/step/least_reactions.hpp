@@ -13,4 +13,7 @@ namespace perp {
 /// is rest. Masses are those of `instant`. Reactions stay as they are where shorter ones are not found. Dense: O(m³) for m rows.
 void take_least(const Model& model, const Instant& instant, double speed, std::vector<Reaction>& reactions);
 
+/// Refuses what take_least does not know: `method` with least reactions where contacts have torsion or rolling.
+void need_any_reactions(std::string_view method, const Model& model, Reactions reactions);
+
 }  // namespace perp

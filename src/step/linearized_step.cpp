@@ -5,8 +5,16 @@
 #include <Eigen/LU>
 
 #include "core/index.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
+namespace {
+
+// of eps in the factors alone: a smaller one costs them digits, and refinement mends what it misses
+constexpr double least_factored = 1e-8;
+
+}  // namespace
+
 /// The blocks' pattern: bodies that share a reaction or a coupling. Kept while it stays the same.
 void LinearizedStep::analyze(const Model& model, const std::vector<Coupling>& K,
                              const std::vector<Reaction>& reactions) {
@@ -39,8 +47,6 @@ void LinearizedStep::analyze(const Model& model, const std::vector<Coupling>& K,
 bool LinearizedStep::factor(const Model& model, const std::vector<Coupling>& K,
                             const std::vector<Reaction>& reactions,
                             const std::vector<LinearizedReaction>& rows) {
-  // of eps in the factors alone: a smaller one costs them digits, and refinement mends what it misses
-  constexpr double least_factored = 1e-8;
   const std::size_t n = reactions.size();
   values_.assign(pattern_.column.size(), Matrix6::Zero());
   for (const Coupling& c : K) values_[at(pattern_.find(block_[at(c.row)], block_[at(c.column)]))] += c.value;
@@ -51,9 +57,14 @@ bool LinearizedStep::factor(const Model& model, const std::vector<Coupling>& K,
     for (int k = b.nv; k < 6; ++k) diagonal(k, k) = 1;
   }
   inverse_.resize(n);
+  wholes_.clear();
   for (std::size_t i = 0; i < n; ++i) {
     const Reaction& r = reactions[i];
     const LinearizedReaction& law = rows[i];
+    if (law.whole != nullptr) {
+      factor_whole(reactions, rows, i++);
+      continue;
+    }
     const double eps = law.even ? law.eps : std::max(law.eps, least_factored);
     inverse_[i] = (Matrix3::Identity() - (1 - eps) * law.P).inverse();
     const Reaction::Slope SG = inverse_[i] * law.P * (law.rho / r.w) * r.G;
@@ -69,6 +80,42 @@ bool LinearizedStep::factor(const Model& model, const std::vector<Coupling>& K,
   lu_.clear();
   for (std::size_t k = 0; k < values_.size(); ++k) lu_.set(static_cast<int>(k), values_[k]);
   return lu_.factor();
+}
+
+namespace {
+
+/// The columns of a contact and of its moments.
+Matrix6 both(const WrenchMap<3>::Block& contact, const WrenchMap<3>::Block& moments) {
+  Matrix6 W;
+  W << contact, moments;
+  return W;
+}
+
+}  // namespace
+
+/// A contact with moments as one reaction of six rows.
+void LinearizedStep::factor_whole(const std::vector<Reaction>& reactions,
+                                  const std::vector<LinearizedReaction>& rows, std::size_t i) {
+  const Reaction &r = reactions[i], &m = reactions[i + 1];
+  const auto give = [](const LinearizedReaction& law) {
+    return law.even ? law.eps : std::max(law.eps, least_factored);
+  };
+  Matrix6 P = *rows[i].whole;
+  P.leftCols<3>() *= 1 - give(rows[i]);
+  P.rightCols<3>() *= 1 - give(rows[i + 1]);
+  wholes_.resize(reactions.size());
+  wholes_[i] = (Matrix6::Identity() - P).inverse();
+  Eigen::Matrix<double, 6, 12> G;
+  G << r.G, m.G;
+  const Eigen::Matrix<double, 6, 12> SG = wholes_[i] * *rows[i].whole * (rows[i].rho / r.w) * G;
+  const std::array<int, 2> block{block_[at(r.W.a)], block_[at(r.W.b)]};
+  const auto add = [&](int row, const Matrix6& W) {
+    if (row < 0) return;
+    if (block[0] >= 0) values_[at(pattern_.find(row, block[0]))] += W * SG.leftCols<6>();
+    if (block[1] >= 0) values_[at(pattern_.find(row, block[1]))] += W * SG.rightCols<6>();
+  };
+  add(block[0], both(r.W.A, m.W.A));
+  add(block[1], both(r.W.B, m.W.B));
 }
 
 void LinearizedStep::Pair::add(double t, const Pair& other) {
@@ -112,8 +159,17 @@ void LinearizedStep::even_out(const Model& model, const std::vector<Reaction>& r
     missed_.first.setZero();
     for (std::size_t i = 0; i < n; ++i) {
       missed_.second[i].setZero();
-      if (rows[i].even)
+      if (!rows[i].even) continue;
+      if (rows[i].whole == nullptr) {
         missed_.second[i] = sign * rows[i].eps * (rows[i].P * (reactions[i].p + dp[i] + change.second[i]));
+        continue;
+      }
+      const auto give = [&](std::size_t k) -> Vector3 {
+        return rows[k].eps * (reactions[k].p + dp[k] + change.second[k]);
+      };
+      const Vector6 missed = sign * (*rows[i].whole * whole(give(i), give(i + 1)));
+      missed_.second[i] = missed.head<3>();
+      missed_.second[++i] = missed.tail<3>();
     }
     precondition(model, reactions, rows, missed_, change);
   };
@@ -182,6 +238,14 @@ void LinearizedStep::precondition(const Model& model, const std::vector<Reaction
   }
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
+    if (rows[i].whole != nullptr) {
+      const Reaction& m = reactions[i + 1];
+      const Vector6 known = wholes_[i] * whole(misses.second[i], misses.second[i + 1]);
+      if (r.W.na > 0) rhs_.col(block_[at(r.W.a)]) += both(r.W.A, m.W.A) * known;
+      if (r.W.nb > 0) rhs_.col(block_[at(r.W.b)]) += both(r.W.B, m.W.B) * known;
+      ++i;
+      continue;
+    }
     const Vector3 known = inverse_[i] * misses.second[i];
     if (r.W.na > 0) rhs_.col(block_[at(r.W.a)]) += r.W.A * known;
     if (r.W.nb > 0) rhs_.col(block_[at(r.W.b)]) += r.W.B * known;
@@ -193,11 +257,23 @@ void LinearizedStep::precondition(const Model& model, const std::vector<Reaction
     if (b.nv > 0) step.first.segment(b.v0, b.nv) = rhs_.col(block_[i]).head(b.nv);
   }
   step.second.resize(reactions.size());
-  for (std::size_t i = 0; i < reactions.size(); ++i) {
-    const Reaction& r = reactions[i];
+  const auto change = [&](const Reaction& r) {
     Vector3 du = Vector3::Zero();
     if (r.W.na > 0) du += r.G.leftCols<6>() * rhs_.col(block_[at(r.W.a)]);
     if (r.W.nb > 0) du += r.G.rightCols<6>() * rhs_.col(block_[at(r.W.b)]);
+    return du;
+  };
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Reaction& r = reactions[i];
+    const Vector3 du = change(r);
+    if (rows[i].whole != nullptr) {
+      const Vector6 known = whole(misses.second[i], misses.second[i + 1]);
+      const Vector6 both_du = whole(du, change(reactions[i + 1]));
+      const Vector6 y = wholes_[i] * (known - *rows[i].whole * both_du * (rows[i].rho / r.w));
+      step.second[i] = y.head<3>();
+      step.second[++i] = y.tail<3>();
+      continue;
+    }
     step.second[i] = inverse_[i] * (misses.second[i] - rows[i].P * du * (rows[i].rho / r.w));
   }
 }
@@ -213,14 +289,30 @@ void LinearizedStep::apply(const Model& model, const std::vector<Coupling>& K,
         c.value.topLeftCorner(row.nv, column.nv) * step.first.segment(column.v0, column.nv);
   }
   out.second.resize(reactions.size());
+  const auto change = [&](const Reaction& r) {
+    Vector3 du = Vector3::Zero();
+    for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * step.first[r.W.va + k];
+    for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * step.first[r.W.vb + k];
+    return du;
+  };
+  const auto kept = [&](std::size_t i) -> Vector3 {
+    return (1 - (rows[i].even ? 0 : rows[i].eps)) * step.second[i];
+  };
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     const LinearizedReaction& row = rows[i];
     const Vector3& dp_i = step.second[i];
     r.W.add_impulse(-dp_i, out.first);
-    Vector3 du = Vector3::Zero();
-    for (int k = 0; k < r.W.na; ++k) du += r.G.col(k) * step.first[r.W.va + k];
-    for (int k = 0; k < r.W.nb; ++k) du += r.G.col(6 + k) * step.first[r.W.vb + k];
+    const Vector3 du = change(r);
+    if (row.whole != nullptr) {
+      const Reaction& m = reactions[i + 1];
+      const Vector3& dp_m = step.second[i + 1];
+      m.W.add_impulse(-dp_m, out.first);
+      const Vector6 y = *row.whole * (whole(kept(i), kept(i + 1)) - whole(du, change(m)) * (row.rho / r.w));
+      out.second[i] = dp_i - y.head<3>();
+      out.second[++i] = dp_m - y.tail<3>();
+      continue;
+    }
     out.second[i] = dp_i - row.P * ((1 - (row.even ? 0 : row.eps)) * dp_i - du * (row.rho / r.w));
   }
 }

@@ -9,10 +9,14 @@
 
 namespace perp {
 
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
 /// A reaction's law F = p - projection(p - rho u/w) = 0, linearised.
 struct LinearizedReaction {
   Vector3 F;
-  Matrix3 P;       ///< generalised Jacobian of the projection
+  Matrix3 P;  ///< generalised Jacobian of the projection
+  /// Of a contact with moments, the Jacobian of it and of the next reaction together: they are eliminated as one. Else null.
+  const Matrix6* whole = nullptr;
   double rho = 1;  ///< [-]
   double eps = 0;  ///< regularisation [-]
   bool even =
@@ -38,11 +42,11 @@ class LinearizedStep {
              const Vector& R, bool thorough);
 
  private:
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
   void analyze(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions);
   bool factor(const Model& model, const std::vector<Coupling>& K, const std::vector<Reaction>& reactions,
               const std::vector<LinearizedReaction>& rows);
+  void factor_whole(const std::vector<Reaction>& reactions, const std::vector<LinearizedReaction>& rows,
+                    std::size_t i);
   /// Of (dnu, dp), or of what the two equations miss.
   struct Pair {
     Vector first;
@@ -65,6 +69,7 @@ class LinearizedStep {
   std::array<Pair, most_directions> directions_, images_;
   Vector scratch_;
   std::vector<Matrix3> inverse_;  // (I - P + eps P)^-1
+  std::vector<Matrix6> wholes_;   // of contacts with moments, six rows each; empty without any
   std::vector<int> block_;        // of bodies: row of blocks, -1 without velocities
   std::vector<std::array<int, 2>> pairs_, analyzed_pairs_;
   std::vector<int> analyzed_blocks_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "core/index.hpp"
+#include "step/certificate.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
 void loads_at(const Model& model, const Instant& s, State& at_nu, Instant& scratch, Vector& f) {
@@ -90,6 +92,12 @@ void FirstStage::place(const Vector& nu, Reaction& r) const {
   } else if (r.of == Reaction::Of::JointFriction) {
     r.u.y() = 0.5 * (start_.joint_frictions[at(r.source)].velocity(nu) +
                      end_.joint_frictions[at(r.source)].velocity(nu));
+  } else if (r.of == Reaction::Of::Moments) {
+    const MomentInstant *before = moments_of(r, start_), *now = moments_of(r, end_);
+    r.u.setZero();
+    if (before == nullptr && now == nullptr) return;  // nor has its contact a load there
+    r.u = r.lever * 0.5 *
+          ((before == nullptr ? now : before)->velocity(nu) + (now == nullptr ? before : now)->velocity(nu));
   } else {
     const ContactInstant *before = contact_of(r, start_), *c = contact_of(r, end_);
     if (before == nullptr && c == nullptr) {
@@ -127,6 +135,8 @@ void FirstStage::slopes(const Motion& motion, Reaction& r) const {
       r.G += weight * motion.h() * d.velocity;
     }
     r.G.row(0) = along.row(0);
+  } else if (r.of == Reaction::Of::Moments) {
+    moment_slopes(motion, r);
   } else if (r.of == Reaction::Of::JointRow) {
     r.G = slopes_of(three_columns(end_.joint_rows[at(r.source)].W, 0));
     motion.turn(r.W, r.G);
@@ -139,6 +149,20 @@ void FirstStage::slopes(const Motion& motion, Reaction& r) const {
                  slopes_of(three_columns(now.W, 1)));
     r.G.row(1) += 0.5 * motion.h() * d.velocity;
   }
+}
+
+void FirstStage::moment_slopes(const Motion& motion, Reaction& r) const {
+  const MomentInstant *before = moments_of(r, start_), *now = moments_of(r, end_);
+  r.G.setZero();
+  if (before != nullptr) r.G = r.lever * slopes_of(before->W);
+  if (now == nullptr) return;
+  const double weight = before == nullptr ? 1 : 0.5;  // of the end, as of its contact
+  const ContactInstant& c = *contact_at(end_, r.source);
+  PairDerivative<3> d;
+  differentiate_moments(model_, moved_, end_, c,
+                        geometry_[static_cast<std::size_t>(&c - end_.contacts.data())], Vector3::Zero(), d);
+  motion.turn(r.W, d.velocity);
+  r.G = (1 - weight) * r.G + weight * r.lever * (slopes_of(now->W) + motion.h() * d.velocity);
 }
 
 }  // namespace perp

@@ -29,6 +29,7 @@ class FirstStage final : public StepProblem {
  private:
   void place(const Vector& nu, Reaction& r) const;
   void slopes(const Motion& motion, Reaction& r) const;
+  void moment_slopes(const Motion& motion, Reaction& r) const;
 
   const Model& model_;
   const Instant& start_;

@@ -12,6 +12,7 @@
 #include "step/implicit_step.hpp"
 #include "step/joint_projection.hpp"
 #include "step/least_reactions.hpp"
+#include "step/moment_laws.hpp"
 #include "step/ncp2_first_stage.hpp"
 #include "step/stable_step.hpp"
 #include "step/step_gain.hpp"
@@ -37,7 +38,70 @@ struct Slid {
   double e = 0, u_n_before = 0;  ///< restitution of a contact: u_n at the start of the step
   Vector3 direction =
       Vector3::Zero();  ///< u_½/|u_½| along t, o; zero: it stuck or arrived, and has its law at nu+
+  /// Of a contact with moments: -p_f/p_n of what slid at u_½ (t, o, torsion), of what rolled (t, o); zero likewise.
+  Vector3 sliding = Vector3::Zero();
+  Vector2 rolling = Vector2::Zero();
+
+  bool tied() const { return !direction.isZero(0) || !sliding.isZero(0) || !rolling.isZero(0); }
+  void tie(const Reaction& contact, const Reaction& moments, double speed) {
+    const SemiAxes axes = semi_axes_of(contact, moments);
+    if (!axes.sliding.isZero(0) && slides(contact, moments, speed))
+      sliding = sliding_friction(axes, {contact.u.y(), contact.u.z(), moments.u.x()});
+    if (rolls(contact, moments, speed)) rolling = rolling_friction(axes, moments.u.tail<2>());
+  }
+  void untie() { direction.setZero(), sliding.setZero(), rolling.setZero(); }
 };
+
+/// A contact with moments as the second stage poses it: what slid or rolled is in the column of p_n. Whether its moments are left
+/// with a law of their own.
+bool pose_with_moments(const Slid& slid, Reaction& contact, Reaction& moments) {
+  const auto tie = [&](const Reaction& r, int column, double share) {
+    contact.W.A.col(0) -= share * r.W.A.col(column);
+    contact.W.B.col(0) -= share * r.W.B.col(column);
+  };
+  const bool slides = !slid.sliding.isZero(0), rolls = !slid.rolling.isZero(0);
+  if (slides) {
+    const Reaction own = contact;
+    tie(own, 1, slid.sliding.x());
+    tie(own, 2, slid.sliding.y());
+    tie(moments, 0, slid.sliding.z());
+    contact.mu = moments.mu_o = moments.torsion = 0;
+    contact.p.tail<2>().setZero();
+    moments.p.x() = 0;
+  }
+  if (rolls) {
+    tie(moments, 1, slid.rolling.x());
+    tie(moments, 2, slid.rolling.y());
+    moments.rolling = 0;
+    moments.p.tail<2>().setZero();
+  }
+  contact.has_moments = !(slides && rolls) && (moments.torsion > 0 || moments.rolling > 0 || !slides);
+  if (!contact.has_moments) contact.law = Law::HalfLine;
+  return contact.has_moments;
+}
+
+/// The impulses of what was tied, as p_n is.
+void give_tied(const Slid& slid, Reaction& contact, Reaction& moments) {
+  if (!slid.sliding.isZero(0)) {
+    contact.p.tail<2>() = -contact.p.x() * slid.sliding.head<2>();
+    moments.p.x() = -contact.p.x() * slid.sliding.z();
+  }
+  if (!slid.rolling.isZero(0)) moments.p.tail<2>() = -contact.p.x() * slid.rolling;
+}
+
+/// Unties what the answer turns round; whether anything.
+bool untie_turned(Slid& slid, const Reaction& contact, const Reaction& moments) {
+  bool turned = false;
+  if (Vector3(contact.u.y(), contact.u.z(), moments.u.x()).dot(slid.sliding) < 0) {
+    slid.sliding.setZero();
+    turned = true;
+  }
+  if (moments.u.tail<2>().dot(slid.rolling) < 0) {
+    slid.rolling.setZero();
+    turned = true;
+  }
+  return turned;
+}
 
 }  // namespace
 
@@ -94,7 +158,8 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
   closed.clear();
   velocities.clear();
   slid.clear();
-  for (Reaction& r : first.all) {
+  for (std::size_t i = 0; i < first.all.size(); ++i) {
+    Reaction& r = first.all[i];
     Reaction next = r;
     next.rounding = 0;
     Vector3 b = Vector3::Zero();
@@ -113,6 +178,12 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
         next.mu *= 2;  // bounds of both halves of the step
       else if (slips(r, speed))
         how.direction.y() = r.u.y() > 0 ? 1 : -1;
+    } else if (r.of == Reaction::Of::Moments) {
+      if (closed.empty() || closed.back().of != Reaction::Of::Contact || closed.back().source != r.source)
+        continue;  // its contact is open
+      const MomentInstant& m = *moments_of(r, end);
+      place_moments(m, next);
+      b = r.lever * m.bias;
     } else {
       const ContactInstant *before = contact_of(r, s), *c = contact_of(r, end);
       const bool touched = before != nullptr && touches(*before, h, speed);
@@ -122,7 +193,10 @@ void Ncp2Stepper::Workspace::close(const Model& model, const Instant& s, const S
       b = c->bias;
       how.e = c->e;
       how.u_n_before = (before == nullptr ? *c : *before).velocity(x.nu).x();
-      if (touched && !whole && r.law != Law::HalfLine && slips(r, speed))
+      const bool goes_on = touched && !whole && r.law != Law::HalfLine;
+      if (goes_on && r.has_moments)
+        how.tie(r, first.all[i + 1], speed);
+      else if (goes_on && slips(r, speed))
         how.direction.tail<2>() = r.u.tail<2>().normalized();
     }
     closed.push_back(next);
@@ -150,6 +224,16 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
       posed.push_back(r);
       posed_velocities.push_back(velocities[i]);
       source.push_back(i);
+      if (r.has_moments) {
+        Reaction moments = closed[i + 1];
+        if (pose_with_moments(slid[i], posed.back(), moments)) {
+          posed.push_back(moments);
+          posed_velocities.push_back(velocities[i + 1]);
+          source.push_back(i + 1);
+        }
+        ++i;
+        continue;
+      }
       if (d.isZero(0)) continue;
       Reaction& tied = posed.back();  // 0 <= p_n ⟂ u_n >= 0 with the column W_n - mu W_f d
       tied.law = Law::HalfLine;
@@ -163,8 +247,8 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
     if (!second.converged) {  // with much friction the tied law need not have a solution
       bool tied = false;
       for (Slid& s : slid) {
-        tied = tied || !s.direction.isZero(0);
-        s.direction.setZero();
+        tied = tied || s.tied();
+        s.untie();
       }
       if (!tied) return false;
       nu = half;
@@ -176,6 +260,8 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
       if (const Vector3& d = slid[source[k]].direction; !d.isZero(0))
         r.p.tail<2>() = -r.mu * r.p.x() * d.tail<2>();
     }
+    for (std::size_t i = 0; i < closed.size(); ++i)
+      if (closed[i].has_moments) give_tied(slid[i], closed[i], closed[i + 1]);
     bool turned = false;
     for (std::size_t i = 0; i < closed.size(); ++i) {
       closed[i].u = velocities[i].W.velocity(nu) + velocities[i].bias;
@@ -183,6 +269,8 @@ bool Ncp2Stepper::Workspace::solve_second(const Model& model, double tolerance, 
       slid[i].direction.setZero();
       turned = true;
     }
+    for (std::size_t i = 0; i < closed.size(); ++i)
+      if (closed[i].has_moments && untie_turned(slid[i], closed[i], closed[i + 1])) turned = true;
     if (!turned) return true;
   }
 }
@@ -232,6 +320,7 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
              joints_at_odds(model, x, request.t_end, h));
   };
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
+  need_any_reactions(name(), model, options_.reactions);
 
   // first stage
   w.last.prepare(model, s, x);

@@ -11,6 +11,7 @@
 #include "step/implicit_step.hpp"
 #include "step/joint_projection.hpp"
 #include "step/least_reactions.hpp"
+#include "step/moment_laws.hpp"
 #include "step/step_gain.hpp"
 #include "step/step_record.hpp"
 
@@ -59,6 +60,8 @@ class EndOfStep final : public StepProblem {
     for (Reaction& r : reactions) {
       if (r.of == Reaction::Of::Contact)
         contact_slopes(motion, r, K);
+      else if (r.of == Reaction::Of::Moments)
+        moment_slopes(motion, r, K);
       else
         joint_slopes(motion, r, K);
     }
@@ -79,6 +82,13 @@ class EndOfStep final : public StepProblem {
       const JointRowInstant& row = (ends() ? end_ : start_).joint_frictions[at(r.source)];
       if (ends()) r.W = three_columns(row.W, 1);
       r.u.y() = row.velocity(nu);
+    } else if (r.of == Reaction::Of::Moments) {
+      const MomentInstant *now = moments_of(r, end_), *before = moments_of(r, start_);
+      const MomentInstant* m = ends() || before == nullptr ? now : before;
+      r.u.setZero();
+      if (now == nullptr) return;  // nor has its contact a load there
+      place_moments(*m, r);
+      r.u = r.lever * m->velocity(nu);
     } else if (const ContactInstant* c = contact_of(r, end_)) {
       const ContactInstant* before = contact_of(r, start_);
       const ContactInstant& directions = ends() || before == nullptr ? *c : *before;
@@ -110,6 +120,20 @@ class EndOfStep final : public StepProblem {
       add_turning(r.W, d.force, motion, K);
     }
     r.G.row(0) = along.row(0);
+  }
+
+  void moment_slopes(const Motion& motion, Reaction& r, std::vector<Coupling>& K) {
+    r.G.setZero();
+    if (moments_of(r, end_) == nullptr) return;
+    r.G = slopes_of(r.W);
+    if (!ends()) return;
+    const ContactInstant& c = *contact_at(end_, r.source);
+    PairDerivative<3> d;
+    differentiate_moments(model_, moved_, end_, c,
+                          geometry_[static_cast<std::size_t>(&c - end_.contacts.data())], r.lever * r.p, d);
+    motion.turn(r.W, d.velocity);
+    r.G += motion.h() * r.lever * d.velocity;
+    add_turning(r.W, d.force, motion, K);
   }
 
   void joint_slopes(const Motion& motion, Reaction& r, std::vector<Coupling>& K) const {
@@ -190,6 +214,7 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     report.message = why;
   };
   if (!s.fault.empty()) return fail(StepStatus::NotFinite, s.fault);
+  need_any_reactions(name(), model, options_.reactions);
 
   w.last.prepare(model, s, x);
   solve_mass(model, s, s.k, w.gained);
@@ -235,16 +260,22 @@ void NcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     w.source.clear();
     w.velocities.clear();
     w.restitution.clear();
+    bool closes = false;  // the contact whose moments come next
     for (std::size_t i = 0; i < w.step.all.size(); ++i) {
       const Reaction& r = w.step.all[i];
       const ContactInstant *c = contact_of(r, w.end), *before = contact_of(r, s);
-      if (!w.struck.touches(r)) continue;
+      if (r.of == Reaction::Of::Moments ? !closes : !w.struck.touches(r)) continue;
+      closes = false;
       const bool touched =
           before != nullptr && touches(*before, h, e.speed) && !separates(*before, x, w.gained, e.speed);
       if (r.of == Reaction::Of::Contact && (c == nullptr || !(r.p.x() > 0 || touched))) continue;
       Vector3 bias = Vector3::Zero();
       std::pair<double, double> restitution;
-      if (c != nullptr) {
+      closes = r.has_moments;
+      if (r.of == Reaction::Of::Moments) {
+        const MomentInstant *now = moments_of(r, w.end), *then = moments_of(r, s);
+        bias = r.lever * (options_.directions == Directions::End || then == nullptr ? now->bias : then->bias);
+      } else if (c != nullptr) {
         bias = options_.directions == Directions::End || before == nullptr ? c->bias : before->bias;
         restitution = {c->e, (before == nullptr ? *c : *before).velocity(x.nu).x()};
       } else if (r.of == Reaction::Of::JointRow) {

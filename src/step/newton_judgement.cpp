@@ -5,6 +5,7 @@
 #include "core/index.hpp"
 #include "solve/cone.hpp"
 #include "step/closeness.hpp"
+#include "step/moment_laws.hpp"
 #include "step/nonsmooth_newton.hpp"
 
 namespace perp {
@@ -32,7 +33,41 @@ void alart_curnier(const Reaction& r, double rounding, LinearizedReaction& row) 
   row.F = r.p - projected;
 }
 
+/// The same of a contact with moments, whose rows the second, `moments`, has.
+void alart_curnier(const Reaction& r, const Reaction& m, double rounding, LinearizedReaction& row,
+                   LinearizedReaction& moments, Matrix6& P) {
+  const Vector6 z = whole(r.p, m.p) - row.rho / r.w * whole(r.u, m.u);
+  const SemiAxes axes = semi_axes_of(r, m);
+  Vector6 projected;
+  project_with_moments(axes, z, projected, P);
+  if (z[0] <= 0 && r.w * z[0] >= -row.rho * rounding) {
+    const double slip = z.tail<5>().norm();
+    Vector6 touching = z, unused;
+    touching[0] = 1e-8 * slip;
+    if (r.w * slip <= row.rho * rounding) touching = Vector6::Unit(0);
+    project_with_moments(axes, touching, unused, P);
+  }
+  row.F = r.p - projected.head<3>();
+  moments.F = m.p - projected.tail<3>();
+  row.P = P.topLeftCorner<3, 3>();
+  moments.P = P.bottomRightCorner<3, 3>();
+}
+
 }  // namespace
+
+/// F and P of reaction i by the map of that rho; those of a contact's moments come with the contact's.
+void NonsmoothNewton::linearise(std::size_t i, const std::vector<Reaction>& reactions, double rho,
+                                double rounding) {
+  const Reaction& r = reactions[i];
+  rows_[i].rho = rho;
+  rows_[i].whole = nullptr;
+  if (!r.has_moments) return alart_curnier(r, rounding, rows_[i]);
+  rows_[i + 1].rho = rho;
+  rows_[i + 1].whole = nullptr;
+  Matrix6& P = with_moments_[i];
+  alart_curnier(r, reactions[i + 1], rounding, rows_[i], rows_[i + 1], P);
+  rows_[i].whole = &P;
+}
 
 double StepResiduals::largest() const { return std::max({momentum, normal, tangential, joints}); }
 
@@ -60,21 +95,24 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     fastest = std::max(fastest, size_of(model.bodies()[i], i, nu));
   const double speed_rounding = 16 * closeness::eps * fastest;
   rows_.resize(reactions.size());
+  misses_.resize(reactions.size());
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
     LinearizedReaction& row = rows_[i];
-    row.rho = 1;
     const double touching = i < left_open_.size() && left_open_[i] != 0 ? -1 : r.rounding + speed_rounding;
-    alart_curnier(r, touching, row);
-    const Vector3 miss = r.w * row.F.cwiseAbs();
     Island& island = islands_[island_number(r)];
-    if (island.map > 0 && r.law != Law::Equality) {
-      row.rho = steps_rho[island.map];
-      alart_curnier(r, touching, row);
+    if (r.law != Law::Moments) {
+      linearise(i, reactions, 1, touching);
+      misses_[i] = r.w * row.F.cwiseAbs();
+      if (r.has_moments) misses_[i + 1] = r.w * rows_[i + 1].F.cwiseAbs();
+      if (island.map > 0 && r.law != Law::Equality) linearise(i, reactions, steps_rho[island.map], touching);
     }
+    const Vector3& miss = misses_[i];
     StepResiduals& e = island.residuals;
     if (r.law == Law::Equality)
       e.joints = std::max(e.joints, r.length * std::abs(r.u.x()));
+    else if (r.law == Law::Moments)
+      e.tangential = std::max(e.tangential, r.length * miss.x());
     else
       e.normal = std::max(e.normal, r.length * miss.x());
     e.tangential = std::max({e.tangential, r.length * miss.y(), r.length * miss.z()});

@@ -34,6 +34,8 @@ std::pair<int, int> rows_of(Law law) {
       return {0, 3};
     case Law::Interval:
       return {1, 1};
+    case Law::Moments:
+      return {0, 3};
     default:
       return {0, 1};
   }
@@ -124,7 +126,7 @@ void NonsmoothNewton::regularise(const std::vector<Reaction>& reactions) {
     const double eps = part * island.residuals.largest() / std::max(island.size, 1e-300);
     rows_[i].even = false;
     if (even_ && island.loops)
-      give_evenly(i, reactions[i], std::min(eps, most));
+      give_evenly(i, reactions, std::min(eps, most));
     else
       rows_[i].eps = std::clamp(eps, least, most);
   }
@@ -275,6 +277,12 @@ void NonsmoothNewton::solve(const Model& model, const Instant& instant, StepProb
   outcome = {};
   outcome.history = std::move(history);
   for (Reaction& r : reactions) r.w = inverse_mass(model, instant, r.W, r.law);
+  with_moments_.clear();
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    if (!reactions[i].has_moments) continue;
+    reactions[i + 1].w = reactions[i].w;
+    with_moments_.resize(reactions.size());
+  }
   K_.clear();
   R_.resize(nu.size());
   left_open_.clear();

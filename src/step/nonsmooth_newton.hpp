@@ -97,6 +97,7 @@ class NonsmoothNewton {
              std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   void find_islands(const Model& model, const Options& options, const std::vector<Reaction>& reactions);
   bool sum_up(NewtonOutcome& outcome);
+  void linearise(std::size_t i, const std::vector<Reaction>& reactions, double rho, double rounding);
   void judge_miss(Island& island, const Options& options, const Doubt& miss);
   void add_sizes_of_loads(const Model& model, const Options& options, Vector& sizes) const;
   void settle_doubts(const Model& model, const Options& options, const std::vector<Reaction>& reactions);
@@ -127,7 +128,7 @@ class NonsmoothNewton {
             NewtonOutcome& outcome);
   void start_again(bool even);
   void find_loops(const Model& model, const std::vector<Reaction>& reactions);
-  void give_evenly(std::size_t i, const Reaction& r, double eps);
+  void give_evenly(std::size_t i, const std::vector<Reaction>& reactions, double eps);
   void take_even(const Model& model, StepProblem& problem, const Options& options, Vector& nu,
                  std::vector<Reaction>& reactions, NewtonOutcome& outcome);
 
@@ -139,6 +140,8 @@ class NonsmoothNewton {
   std::vector<Vector3> p_, p_best_;
   std::vector<Coupling> K_;
   std::vector<LinearizedReaction> rows_;
+  std::vector<Vector3> misses_;        // of rho = 1 [m/s]
+  std::vector<Matrix6> with_moments_;  // of contacts with moments, whose rows point there; empty without any
   LinearizedStep linearized_;
   std::vector<Island> islands_;
   std::vector<Doubt> doubts_;

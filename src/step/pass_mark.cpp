@@ -6,6 +6,7 @@
 #include "core/index.hpp"
 #include "step/closeness.hpp"
 #include "step/implicit_step.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
 namespace {
@@ -116,6 +117,21 @@ StepSpeeds::Mark StepSpeeds::of(const Instant& s, const Island& island, std::vec
          .W = three_columns(s.joint_frictions[at(i)].W, 1)},
         nullptr);
   return mark;
+}
+
+double StepSpeeds::lever_of(const ContactInstant& c, const MomentInstant& m) const {
+  return perp::lever_of(*model_, *start_, c, m);
+}
+
+void StepSpeeds::measure_moments(Reaction& r, const MomentInstant& found) const {
+  const auto of = [&](const MomentInstant& m) {
+    return r.lever *
+           std::max({m.velocity(x_->nu).lpNorm<Eigen::Infinity>(),
+                     m.W.velocity(gained_).lpNorm<Eigen::Infinity>(), m.bias.lpNorm<Eigen::Infinity>()});
+  };
+  r.speed = of(found);
+  if (!varies_) return;
+  if (const MomentInstant* later = moments_of(r, later_)) r.speed = std::max(r.speed, of(*later));
 }
 
 void StepSpeeds::measure(Reaction& r, const ContactInstant* found) const {

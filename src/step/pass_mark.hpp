@@ -29,6 +29,9 @@ class StepSpeeds {
   /// Sets what the reaction brings: its length, its rounding, its speed. Of a point that the start does not have, `c` is as a
   /// trial found it.
   void measure(Reaction& r, const ContactInstant* c = nullptr) const;
+  /// The same of a contact's moments, whose lever is set.
+  void measure_moments(Reaction& r, const MomentInstant& m) const;
+  double lever_of(const ContactInstant& c, const MomentInstant& m) const;
 
  private:
   double of(const ContactInstant& c) const;

@@ -38,6 +38,7 @@ struct Plan {
 
 Plan plan_of(const Model& model, Stepper& stepper, const State& x, const SimulateOptions& options) {
   model.check("simulate", x);
+  stepper.need_known_laws(model);
   if (!std::isfinite(options.t_end) || !(options.t_end > x.t))
     refuse("simulate", "t_end", options.t_end, "needs to be finite and past x.t = " + shortest(x.t));
   check_events(options.events);

@@ -15,13 +15,15 @@ enum class Scheme {
   Halves,           ///< `ncp2`: p_1 with W(q), p_2 with W(q+)
 };
 
-/// An impulse of a step along the rows of a contact (n, t, o), a joint's equation or a joint's friction (x).
+/// An impulse of a step along the rows of a contact (n, t, o), a joint's equation or a joint's friction (x); of a contact's moments
+/// (n, t, o), which stand behind it, [N m s].
 struct Acting {
   Reaction::Of of = Reaction::Of::Contact;
   int source = 0;  ///< contact point of the model, or index among an instant's joint rows or frictions
   Vector3 p = Vector3::Zero();
   double w = not_set;  ///< speed that a unit impulse gives, by which impulses count as speeds [1/kg]
   double gap = 0;      ///< Scheme::Start: what its law has beside u_n [m/s]
+  double lever = 1;    ///< of moments: that by which they count as impulses [m]
 };
 
 /// What a step found, as its equations have it: values, that may be disturbed and certified again.

@@ -53,6 +53,14 @@ void StepEnergy::tangential(const ContactInstant& c, const Vector3& p, const Vec
   surface_ -= p.dot(c.bias);
 }
 
+void StepEnergy::moments(const MomentInstant& m, const Vector3& p, const Vector3& omega) {
+  const bool struck = strikes(m.W);
+  const double work = p.dot(struck ? m.velocity(*nu_) : omega);
+  friction_ += work;
+  if (struck) struck_ += work;
+  surface_ -= p.dot(m.bias);
+}
+
 void StepEnergy::joint_row(const JointRowInstant& row, const Acting& r) {
   const double p = r.p.x();
   (row.prescribed ? motor_ : surface_) -= p * row.psi_b_t;

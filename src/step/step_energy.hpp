@@ -25,7 +25,8 @@ class StepEnergy {
            (W.nb > 0 && struck[static_cast<std::size_t>(W.b)] != 0);
   }
 
-  void contact(const ContactInstant& c, const Vector3& p, const Vector3& u);  ///< u: that of its law
+  void contact(const ContactInstant& c, const Vector3& p, const Vector3& u);     ///< u: that of its law
+  void moments(const MomentInstant& m, const Vector3& p, const Vector3& omega);  ///< p [N m s]; of its law
   void joint_row(const JointRowInstant& row, const Acting& r);  ///< `row` where its impulse acts
   void joint_friction(const JointRowInstant& row, double p, double u);
 

@@ -39,7 +39,7 @@ double energy_of_impulses(const Model& model, const Instant& start, const StepAn
         w = inverse_mass(model, start,
                          three_columns(start.joint_rows[static_cast<std::size_t>(r.source)].W, 0),
                          Law::Equality);
-      if (!std::isnan(w)) energy += 0.5 * w * r.p.squaredNorm();
+      if (!std::isnan(w)) energy += 0.5 * w * (r.p / r.lever).squaredNorm();
     }
   return energy;
 }

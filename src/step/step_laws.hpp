@@ -6,6 +6,7 @@
 
 #include "step/certificate.hpp"
 #include "step/implicit_step.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
 
@@ -28,6 +29,8 @@ class StepLaws {
     for (const Acting& r : a_.first) {
       if (r.of == Reaction::Of::Contact)
         contact_of_positions(r);
+      else if (r.of == Reaction::Of::Moments)
+        moments_of_positions(r);
       else if (r.of == Reaction::Of::JointFriction)
         joint_friction_of_positions(r);
       else if (counts(r))
@@ -39,6 +42,8 @@ class StepLaws {
     for (const Acting& r : a_.second) {
       if (r.of == Reaction::Of::Contact)
         contact_of_velocities(r);
+      else if (r.of == Reaction::Of::Moments)
+        moments_of_velocities(r);
       else if (r.of == Reaction::Of::JointFriction)
         joint_friction_of_velocities(r);
       else
@@ -132,7 +137,7 @@ class StepLaws {
   }
 
   double cone(const Acting& r, const ContactInstant& c, const Vector3& u, double w) const {
-    if (c.tangents == 0) return 0;
+    if (c.tangents == 0 || c.moments >= 0) return 0;  // moments: by moments_of_*
     const Vector2 p_f = r.p.tail<2>(), u_f = u.tail<2>();
     const double bound = c.mu * std::max(r.p.x(), 0.0);
     return c.tangents == 2 && !a_.polygon.empty() ? polygon_residual(p_f, u_f, bound, w, a_.polygon)
@@ -163,6 +168,57 @@ class StepLaws {
     raise(e_.normal, normal_residual(gap, w, r.p.x()));
     raise(e_.friction, cone(r, *c, u, w));
     if (counts(r)) works_.contact(*c, r.p, u);
+    contact_ = {r.p, u, w};
+  }
+
+  /// Instants' moments of a point, where the first stage takes W, and angular velocities over the step.
+  struct Moments {
+    const ContactInstant* c = nullptr;
+    const MomentInstant* m = nullptr;
+    Vector3 omega = Vector3::Zero();
+  };
+  Moments over_step(const Acting& r) const {
+    const ContactInstant *before = contact_at(start_, r.source), *now = contact_at(end_, r.source);
+    Moments all{.c = directions(r.source)};
+    if (all.c == nullptr) return all;
+    const auto of = [&](const ContactInstant* c) { return (c == now ? end_ : start_).moments_of(*c); };
+    all.m = of(all.c);
+    all.omega = all.m->velocity(a_.nu_q);
+    if (a_.scheme == Scheme::Halves && before != nullptr && now != nullptr)
+      all.omega = 0.5 * (of(before)->velocity(a_.nu_q) + of(now)->velocity(a_.nu_q));
+    return all;
+  }
+
+  MomentLaw law_of_moments(const Moments& at, const Acting& r) const {
+    return {*at.c, *at.m, contact_.p, r.p, contact_.w, r.lever};
+  }
+
+  void moments_of_positions(const Acting& r) {
+    const Moments at = over_step(r);
+    if (at.c == nullptr) return;
+    for (const double miss : law_of_moments(at, r).residuals(contact_.u, at.omega)) raise(e_.friction, miss);
+    if (counts(r)) works_.moments(*at.m, r.p, at.omega);
+  }
+
+  void moments_of_velocities(const Acting& r) {
+    const Moments over = over_step(r);
+    Moments at = over;
+    if (a_.scheme == Scheme::Halves) {
+      at.c = contact_at(end_, r.source);
+      if (at.c != nullptr) at.m = end_.moments_of(*at.c);
+    }
+    if (at.c == nullptr) return;
+    const bool struck = strikes(at.c->W);
+    if (struck || a_.scheme == Scheme::Halves) {
+      const MomentLaw law = law_of_moments(at, r);
+      const auto miss = law.residuals(contact_.u, at.m->velocity(moved_.nu));
+      const bool may_be_tied =
+          !struck && a_.scheme == Scheme::Halves && contact_at(start_, r.source) != nullptr;
+      const auto tied = law.tied(contact_.u_over_step, over.omega);
+      for (std::size_t k = 0; k < miss.size(); ++k)
+        raise(e_.friction, may_be_tied ? std::min(miss[k], tied[k]) : miss[k]);
+    }
+    works_.moments(*at.m, r.p, over.omega);
   }
 
   void contact_of_velocities(const Acting& r) {
@@ -170,6 +226,7 @@ class StepLaws {
     const ContactInstant* c = a_.scheme == Scheme::Halves ? now : directions(r.source);
     if (c == nullptr) return;
     const bool struck = strikes(c->W);
+    contact_ = {r.p, c->velocity(moved_.nu), r.w, over_step(*c, before, now)};
     if (struck || a_.scheme != Scheme::End) {
       const double w = inverse_mass_of(r, c->W, law_of(*c));
       Vector3 u = c->velocity(moved_.nu);
@@ -224,6 +281,12 @@ class StepLaws {
     raise(e_.friction, w * (p - std::clamp(p - u / w, -bound, bound)));
   }
 
+  /// The contact looked at last, whose moments come next.
+  struct {
+    Vector3 p = Vector3::Zero(), u = Vector3::Zero();
+    double w = 1;
+    Vector3 u_over_step = Vector3::Zero();
+  } contact_;
   const Model& model_;
   const Instant& start_;
   const State& x_;

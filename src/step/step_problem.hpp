@@ -20,6 +20,7 @@ enum class Law {
   Planar,    ///< and |p_t| <= mu p_n with maximum work
   Cone,      ///< and |(p_t, p_o)| <= mu p_n with maximum work
   Interval,  ///< |p_t| <= mu, u_t = 0 inside, of the sign of -p_t at the ends: dry friction of a joint
+  Moments,  ///< of the contact in front of it: torsion, rolling t, o, whose bounds its p_n sets (step/moment_laws.hpp)
 };
 
 /// The same law in contact problems; an equality has none.
@@ -32,7 +33,7 @@ struct Reaction {
   using Slope = Eigen::Matrix<double, 3, 12>;
   Law law = Law::HalfLine;
   double mu = 0;  ///< coefficient [-], of an interval its bound [N s]
-  enum class Of { Contact, JointRow, JointFriction } of = Of::Contact;
+  enum class Of { Contact, JointRow, JointFriction, Moments } of = Of::Contact;
   int source = 0;           ///< contact point of the model, or index among an instant's rows or frictions
   WrenchMap<3> W;           ///< columns n, t, o: p acts as W p
   Slope G = Slope::Zero();  ///< du/dnu, columns of both bodies' velocities
@@ -43,6 +44,10 @@ struct Reaction {
   double length = 1;    ///< that a unit of u is worth, of angles [m]
   double speed = 0;     ///< that it brings into its island, of the step's data alone (StepSpeeds) [m/s]
   double rounding = 0;  ///< of u: what psi/h cannot go below
+  bool has_moments = false;  ///< of a contact: the next reaction is that of its moments
+  double lever = 1;  ///< of moments: p is the moment's impulse over it, u the angular velocity times it [m]
+  double mu_o = 0;   ///< of moments: their contact's coefficient along o; its mu is that along t
+  double torsion = 0, rolling = 0;  ///< of moments, as the contact has them [m]
 };
 
 /// dR/dnu by pairs of bodies; those at the same place add up.

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
 
@@ -54,6 +55,10 @@ JointImpulse StepReport::joint(std::string_view name) const {
   refuse("StepReport::joint", "name", name, "needs to be one of: " + known);
 }
 
+void Stepper::need_known_laws(const Model& model) const {
+  if (!knows_moments()) need_no_moments(name(), model);
+}
+
 StepReport Stepper::step(const Model& model, State& x, double h) {
   StepReport report;
   step(model, x, {.h = h}, report);
@@ -66,6 +71,7 @@ void Stepper::step(const Model& model, State& x, const StepRequest& request, Ste
   if (!(request.max_correction_speed >= 0))
     refuse("step", "max_correction_speed", request.max_correction_speed, "needs to be >= 0 [m/s]");
   model.check("step", x);
+  need_known_laws(model);
   StepRequest complete = request;
   if (std::isnan(request.t_end)) complete.t_end = x.t + request.h;
   static_cast<StepFigures&>(report) = {.t = complete.t_end, .h = request.h};

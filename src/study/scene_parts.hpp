@@ -102,6 +102,8 @@ Scene painleve_rod(Parameters&);
 Scene rolling_ellipse(Parameters&);  // scenes_rolling.cpp
 Scene rattleback(Parameters&);
 Scene euler_disk(Parameters&);
+Scene spun_sphere(Parameters&);  // scenes_moments.cpp
+Scene coasting_wheel(Parameters&);
 Scene tower(Parameters&);  // scenes_masonry.cpp
 Scene overhang(Parameters&);
 Scene arch(Parameters&);

@@ -96,6 +96,8 @@ constexpr BuiltIn built_in[] = {
     {"ball-on-sphere", ball_on_sphere},
     {"friction-pendulum", friction_pendulum},
     {"spring-block", spring_block},
+    {"spun-sphere", spun_sphere},
+    {"coasting-wheel", coasting_wheel},
     {"three-balls", three_balls},
     {"dzhanibekov", dzhanibekov},
     {"heavy-top", heavy_top},

@@ -34,14 +34,24 @@ namespace equations_of_motion_detail {
 
 /// Reactions of one kind along some columns of W, and the nearest admissible one to any vector.
 struct Reaction {
-  enum Kind { Free, Push, Cone, Interval } kind = Free;
+  /// Moments: a push and behind it columns of torsion and rolling, a unit of which is what a unit of it bounds.
+  enum Kind { Free, Push, Cone, Interval, Moments } kind = Free;
   int first = 0, size = 1;
-  double limit = 0;  // mu of the cone, c_max of the interval
+  double limit =
+      0;  // mu of the cone, c_max of the interval; of moments how many of the columns slide and twist
 
   void admit(Vector& c) const {
     auto r = c.segment(first, size);
-    if (kind == Push) r[0] = std::max(r[0], 0.0);
+    if (kind == Push || kind == Moments) r[0] = std::max(r[0], 0.0);
     if (kind == Interval) r[0] = std::clamp(r[0], -limit, limit);
+    if (kind == Moments) {
+      const auto within = [&](auto group) {
+        if (const double size = group.norm(); size > r[0]) group *= r[0] / size;
+      };
+      const auto sliding = static_cast<Eigen::Index>(limit);
+      within(r.segment(1, sliding));
+      within(r.tail(size - 1 - sliding));
+    }
     if (kind != Cone) return;
     const double n = r[0], f = r.tail(size - 1).norm();
     if (f <= limit * n) return;
@@ -105,6 +115,39 @@ inline Vector rate_of_q(const Model& model, const State& x) {
   return rate;
 }
 
+/// A contact with torsion or rolling: what is at rest may act as its bound allows, what moves acts as -p_n A² u/|A u|.
+inline void add_with_moments(const ContactInstant& contact, const MomentInstant& m, const Vector& nu,
+                             std::vector<Vector> columns, double slow, Reactions& reactions) {
+  const Vector3 u = contact.velocity(nu), w = m.velocity(nu);
+  const std::array<double, 5> axes{contact.mu, m.mu_o, m.torsion, m.rolling, m.rolling},
+      speeds{u.y(), u.z(), w.x(), w.y(), w.z()};
+  std::vector<Vector> all{columns[0]}, groups[2];
+  for (std::size_t i = 0; i < 5; ++i) {
+    const int row = static_cast<int>(i);
+    const bool used = axes[i] > 0 && !(contact.tangents == 1 && (i == 1 || i == 3));
+    const Vector along = i < 2 ? column(contact.W, row + 1, nu.size()) : column(m.W, row - 2, nu.size());
+    if (used) groups[i < 3 ? 0 : 1].push_back(axes[i] * along);
+  }
+  int sliding = 0;
+  for (const int group : {0, 1}) {
+    double size = 0, fastest = 0;
+    for (std::size_t i = group == 0 ? 0 : 3; i < (group == 0 ? 3U : 5U); ++i) {
+      size = std::hypot(size, axes[i] * speeds[i]);
+      fastest = std::max(fastest, axes[i] > 0 ? std::abs(speeds[i]) : 0);
+    }
+    if (fastest <= slow) {
+      all.insert(all.end(), groups[group].begin(), groups[group].end());
+      if (group == 0) sliding = static_cast<int>(groups[0].size());
+      continue;
+    }
+    std::size_t k = 0;
+    for (std::size_t i = group == 0 ? 0 : 3; i < (group == 0 ? 3U : 5U); ++i)
+      if (axes[i] > 0 && !(contact.tangents == 1 && (i == 1 || i == 3)))
+        all[0] -= axes[i] * speeds[i] / size * groups[group][k++];
+  }
+  reactions.add(Reaction::Moments, sliding, all);
+}
+
 }  // namespace equations_of_motion_detail
 
 [[nodiscard]] inline EquationsOfMotion equations_of_motion(const Scene& scene, double t,
@@ -149,6 +192,10 @@ inline Vector rate_of_q(const Model& model, const State& x) {
     std::vector<Vector> columns;
     for (int i = 0; i <= contact.tangents; ++i) columns.push_back(column(contact.W, i, model.nv()));
     const Vector slip = contact.velocity(x.nu).segment(1, contact.tangents);
+    if (const MomentInstant* m = instant.moments_of(contact)) {
+      add_with_moments(contact, *m, x.nu, columns, options.slip_tolerance, reactions);
+      continue;
+    }
     if (contact.tangents == 0) {
       reactions.add(Reaction::Push, 0, columns);
     } else if (slip.norm() <= options.slip_tolerance) {

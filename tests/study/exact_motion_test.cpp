@@ -166,6 +166,16 @@ TEST_CASE("the exact motion of a coin that rolls on its rim satisfies the equati
   check({.scene = "euler-disk", .set = {{"alpha", 1}}, .size = 1e4, .touching = 1}, {.delta = 1e-4});
 }
 
+TEST_CASE("the exact motions of a spun sphere and a coasting wheel satisfy the equations of motion",
+          "[exact]") {
+  check({.scene = "spun-sphere", .until = 0.8, .switches = {0.61162}, .touching = 1});
+  check({.scene = "spun-sphere", .until = 0.8, .switches = {0.61162}, .set = {{"spin", -30}}, .touching = 1});
+  check({.scene = "coasting-wheel", .until = 2.5, .set = {{"rolling", 0.005}}, .touching = 1});
+  check({.scene = "coasting-wheel", .switches = {1.52905}, .set = {{"rolling", 0.02}}, .touching = 1});
+  check(
+      {.scene = "coasting-wheel", .switches = {1.02221}, .set = {{"slope", 0.1}, {"v0", -1}}, .touching = 1});
+}
+
 TEST_CASE("a block too steep to lock falls out of a V as if there were none", "[exact]") {
   check({.scene = "wedge", .switches = {0}, .set = {{"mu", 0.3}}, .touching = 0});
 }

@@ -21,6 +21,11 @@ struct PairDerivative {
 void differentiate(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                    const ContactDerivative& geometry, const Vector3& p, PairDerivative<3>& out);
 
+/// The moments of contact c, which has some, as Instant::moments has them; p their impulses about n, t, o.
+void differentiate_moments(const Model& model, const State& x, const Instant& instant,
+                           const ContactInstant& c, const ContactDerivative& geometry, const Vector3& p,
+                           PairDerivative<3>& out);
+
 /// A joint's equation or its motion with friction, impulse p.
 void differentiate(const Model& model, const Instant& instant, const JointRowInstant& row, double p,
                    PairDerivative<1>& out);
@@ -29,6 +34,9 @@ void differentiate(const Model& model, const Instant& instant, const JointRowIns
 /// contact frame, of W, of prescribed bodies and moving surfaces [m/s^2].
 [[nodiscard]] Vector3 acceleration_bias(const Model& model, const State& x, const Instant& instant,
                                         const ContactInstant& c, const ContactDerivative& geometry);
+/// The same of its moments' angular velocities [rad/s^2].
+[[nodiscard]] Vector3 moments_acceleration_bias(const Model& model, const State& x, const Instant& instant,
+                                                const ContactInstant& c, const ContactDerivative& geometry);
 [[nodiscard]] double acceleration_bias(const Model& model, const State& x, const Instant& instant,
                                        const JointRowInstant& row);
 

@@ -57,22 +57,35 @@ struct ContactInstant {
   WrenchMap<3> W;                       ///< columns n, t, o: W_n and W_f of (24)
   Vector3 bias = Vector3::Zero();       ///< explicit velocities: (dPsi_n/dt, dphi_f/dt) (erratum 30) [m/s]
   double mu = 0, e = 0;
+  int moments = -1;  ///< in Instant::moments, of a contact that has_ellipse()
 
   /// Relative velocity of b over a along n, t, o [m/s].
   Vector3 velocity(const Vector& nu) const { return W.velocity(nu) + bias; }
 };
 
+/// What a contact with torsion, rolling or friction axes has besides: moments on b about n, t, o, and b's angular velocity relative
+/// to a. Columns that the contact has no use for are zero: n without torsion, t, o without rolling.
+struct MomentInstant {
+  WrenchMap<3> W;                   ///< of unit moments about n, t, o
+  Vector3 bias = Vector3::Zero();   ///< explicit angular velocities, of prescribed bodies [rad/s]
+  double mu_o = 0;                  ///< friction along o [-]; mu is that along t
+  double torsion = 0, rolling = 0;  ///< [m]
+
+  Vector3 velocity(const Vector& nu) const { return W.velocity(nu) + bias; }
+};
+
 /// One equation of a joint, a coordinate of a joint, or (as `friction`) the one along which a joint has friction.
 struct JointRowInstant {
-  int joint = 0;                    ///< in Model::joints()
-  int row = -1;                     ///< in JointGeometry::rows; -1: made of a coordinate
-  int coordinate = -1;              ///< of coordinates, friction, and the equation of a prescribed motion
-  bool prescribed = false;          ///< the equation coordinate - position(t) = 0 of a JointMotion
-  double psi_b = 0;                 ///< [m] or [rad]; of friction rows the joint's coordinate
-  double psi_b_t = 0;               ///< explicit time derivative [m/s, rad/s]
-  double friction = 0;              ///< c_max [N, N m]; 0 in equations
-  WrenchMap<1> W;                   ///< W_b of (24)
-  JointRowValue world;              ///< the row in world axes: force and moment of a unit impulse on b
+  int joint = 0;            ///< in Model::joints()
+  int row = -1;             ///< in JointGeometry::rows; -1: made of a coordinate
+  int coordinate = -1;      ///< of coordinates, friction, and the equation of a prescribed motion
+  int spin = -1;            ///< of a ball's friction: in JointGeometry::spins; the three share their bound
+  bool prescribed = false;  ///< the equation coordinate - position(t) = 0 of a JointMotion
+  double psi_b = 0;         ///< [m] or [rad]; of friction rows the joint's coordinate
+  double psi_b_t = 0;       ///< explicit time derivative [m/s, rad/s]
+  double friction = 0;      ///< c_max [N, N m]; 0 in equations
+  WrenchMap<1> W;           ///< W_b of (24)
+  JointRowValue world;      ///< the row in world axes: force and moment of a unit impulse on b
   Vector3 point = Vector3::Zero();  ///< c_B, where its force acts, world axes [m]
 
   double velocity(const Vector& nu) const { return W.velocity(nu)[0] + psi_b_t; }
@@ -90,6 +103,7 @@ struct Instant {
       k_load;  ///< the part of k that takes energy in or out: forces and dampers; empty without forces and springs
   Vector k_motor;                           ///< and that of motors; empty without motors
   std::vector<ContactInstant> contacts;     ///< points with a finite gap, in the model's order
+  std::vector<MomentInstant> moments;       ///< of those of them that have torsion or rolling
   std::vector<JointRowInstant> joint_rows;  ///< psi_b = 0, in the model's order
   std::vector<JointRowInstant> joint_frictions;
   std::vector<JointRowInstant> joint_coordinates;  ///< of all joints, in the model's order
@@ -97,6 +111,11 @@ struct Instant {
 
   /// Empty, or what was not finite: "gap of contact 'floor' is nan at t = 0.3". The rest is then incomplete.
   std::string fault;
+
+  /// Null of a contact without torsion and rolling.
+  const MomentInstant* moments_of(const ContactInstant& c) const {
+    return c.moments < 0 ? nullptr : &moments[static_cast<std::size_t>(c.moments)];
+  }
 
   const JointRowInstant& coordinate(JointId joint, int i) const {
     return joint_coordinates[static_cast<std::size_t>(

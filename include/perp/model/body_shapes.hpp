@@ -21,8 +21,8 @@ struct ShapeOptions {
 /// Of one material on another.
 struct MaterialPair {
   double mu = 0;       ///< Coulomb friction [-]
-  double torsion = 0;  ///< not known yet: needs to be 0 [m]
-  double rolling = 0;  ///< likewise
+  double torsion = 0;  ///< ContactOptions::torsion [m]
+  double rolling = 0;  ///< ContactOptions::rolling [m]
   double e = 0;        ///< Newton's restitution, in [0, 1]
 };
 

@@ -26,8 +26,11 @@ struct JointOptions {
   Vector3 point_b = Vector3::Zero();  ///< rod: its end on b, as `point` [m]
   double lead = not_set;              ///< screw: advance along the axis per angle [m/rad]
   double ratio = not_set;  ///< gear: turns of b per turn of a; negative where they turn against each other
-  double friction = 0;     ///< c_max of (16): dry friction of constant bound [N m] or [N]; 0: none
-  std::string name = {};   ///< "joint N" if empty
+  /// c_max of (16): dry friction of constant bound [N m] or [N], of joints with one freedom; of a ball joint |tau| <= c_max; 0: none.
+  double friction = 0;
+  /// Of joints with several coordinates, c_max of each in their order, [N m] of angles and [N] of slides; empty: none.
+  std::vector<double> frictions = {};
+  std::string name = {};  ///< "joint N" if empty
 };
 
 /// kind         freedoms  coordinates (of b relative to a)       what it leaves
@@ -82,8 +85,9 @@ struct JointTurn {
 ///   Screw          d . (c_B - c_A) - number angle         d the axis, fixed in A; angle that nearest to
 ///                                                         d . (c_B - c_A)/number                           [m]
 ///   Gear           angle of B - number (angle of A)       each relative to the world                       [rad]
+///   Spin           none: psi = 0, psi' = u . (w_B - w_A)  u fixed in A                                     [rad/s]
 struct JointRow {
-  enum class Kind { Point, Perpendicular, Distance, Angle, AngleBack, Screw, Gear } kind = Kind::Point;
+  enum class Kind { Point, Perpendicular, Distance, Angle, AngleBack, Screw, Gear, Spin } kind = Kind::Point;
   Vector3 in_a = Vector3::Zero();    ///< d or u, unit, A's axes
   Vector3 in_b = Vector3::Zero();    ///< w, unit, B's axes
   double number = 0;                 ///< length [m], lead [m/rad] or ratio [-]
@@ -130,6 +134,8 @@ struct JointGeometry {
   double friction = 0;         ///< c_max [N m] or [N], along coordinates[0]
   std::vector<JointRow> rows;  ///< equations; linearly independent on their own
   std::vector<JointCoordinate> coordinates;
+  std::vector<double> frictions;  ///< c_max along each coordinate [N m, N]; empty without
+  std::vector<JointRow> spins;    ///< of a ball joint with friction: its three angular velocities; else empty
   std::vector<std::optional<JointMotion>>
       motions;  ///< of each coordinate: one more equation where there is one
 };

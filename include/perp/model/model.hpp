@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -28,10 +29,21 @@ struct ContactId {
   friend bool operator==(ContactId, ContactId) = default;
 };
 
+/// Friction that depends on where it slides: |(p_t/mu_t, p_o/mu_o)| <= p_n, t and o = n x t fixed to one of the two bodies.
+struct FrictionAxes {
+  Vector2 mu = Vector2::Zero();  ///< mu_t, mu_o [-]
+  enum class Of { A, B } of = Of::A;
+  Vector3 t = Vector3::UnitX();  ///< in that body's axes; t of the contact frame is its part across n
+};
+
 struct ContactOptions {
-  double mu = 0;          ///< Coulomb friction: |p_f| <= mu p_n, the circular cone (12); 0: none
-  double e = 0;           ///< Newton's restitution, in [0, 1]
-  std::string name = {};  ///< "contact N" if empty; unique
+  double mu = 0;  ///< Coulomb friction: |p_f| <= mu p_n, the circular cone (12); 0: none
+  double torsion =
+      0;  ///< gamma of |p_f|^2/mu^2 + tau^2/gamma^2 <= p_n^2, tau the moment along n [m]; 0: none
+  double rolling = 0;                              ///< |m| <= rolling p_n, m the moment across n [m]; 0: none
+  std::optional<FrictionAxes> friction_axes = {};  ///< in place of mu and tangent
+  double e = 0;                                    ///< Newton's restitution, in [0, 1]
+  std::string name = {};                           ///< "contact N" if empty; unique
   Vector3 tangent =
       Vector3::Zero();    ///< wish for t of the contact frame, world axes; zero: contact_frame's choice
   double compliance = 1;  ///< how much each point gives beside others, where reactions are redundant [-]; > 0
@@ -42,7 +54,8 @@ struct Contact {
   std::string name;
   BodyId a, b;
   Gap gap;
-  double mu = 0, e = 0, compliance = 1;
+  double mu = 0, torsion = 0, rolling = 0, e = 0, compliance = 1;
+  std::optional<FrictionAxes> friction_axes = {};  ///< mu is then its first
   Vector3 tangent;
   int first_point = 0;  ///< of its points among all points of the model
   int tangents = 2;     ///< directions of friction: 2 in space, 1 in the plane, 0 without friction
@@ -53,6 +66,10 @@ struct Contact {
     double side = 1, limit = 0;
   } stop = {};
   GeneralizedGap own = {};  ///< of a generalized body b with the ground: counts in place of `gap`
+
+  bool has_moments() const { return torsion > 0 || rolling > 0; }
+  /// Whether friction is more than the circular cone: moments, or axes.
+  bool has_ellipse() const { return has_moments() || friction_axes; }
 };
 
 struct Momentum {
@@ -100,7 +117,11 @@ class Model {
   int nq() const { return nq_; }
   int nv() const { return nv_; }
   int contact_points() const { return points_; }  ///< of all contacts
-  int windings() const { return windings_; }      ///< size of State::winding
+  /// The first contact that has_ellipse(); null if there is none.
+  const Contact* contact_with_moments() const {
+    return with_moments_ < 0 ? nullptr : &contacts_[static_cast<std::size_t>(with_moments_)];
+  }
+  int windings() const { return windings_; }  ///< size of State::winding
 
   BodyId find_body(std::string_view name) const;        ///< throws std::invalid_argument if there is none
   ContactId find_contact(std::string_view name) const;  ///< likewise
@@ -163,7 +184,7 @@ class Model {
   std::vector<JointSpring> joint_springs_;
   std::vector<JointMotor> motors_;
   Vector3 gravity_{0, 0, -9.81};
-  int nq_ = 0, nv_ = 0, points_ = 0, windings_ = 0;
+  int nq_ = 0, nv_ = 0, points_ = 0, windings_ = 0, with_moments_ = -1;
   std::uint64_t revision_ = 0;
   std::unordered_set<std::string> contact_names_;
   std::shared_ptr<std::vector<std::string>> point_names_, joint_names_;

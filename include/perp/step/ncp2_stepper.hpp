@@ -35,6 +35,7 @@ class Ncp2Stepper : public Stepper {
 
   std::string_view name() const override { return "ncp2"; }
   int order() const override { return 2; }
+  bool knows_moments() const override { return true; }
   bool halves() const override { return true; }
   const Ncp2StepperOptions& options() const { return options_; }
   const StepAnswer* answer() const override;

@@ -52,6 +52,7 @@ class NcpStepper : public Stepper {
     return options_.directions == Directions::End ? "ncp" : "ncp-start";
   }
   int order() const override { return 1; }
+  bool knows_moments() const override { return true; }
   const NcpStepperOptions& options() const { return options_; }
   const StepAnswer* answer() const override;
   const NewtonHistory& history() const;

@@ -72,6 +72,7 @@ struct ContactRow {
   Vector3 normal = Vector3::Zero();            ///< from a to b
   Vector3 position = Vector3::Zero();          ///< where the impulse acts [m]
   Vector3 impulse = Vector3::Zero();           ///< on b over the step, normal and friction [N s]
+  Vector3 moment = Vector3::Zero();            ///< of torsion and rolling on b, likewise [N m s]
   Vector3 force = Vector3::Constant(not_set);  ///< at the end of the step, of methods that know it [N]
   ContactMode mode = ContactMode::Open;        ///< Slip for a closed contact without friction
   int half =
@@ -132,10 +133,11 @@ struct StepGain {
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  virtual std::string_view name() const = 0;     ///< as in `perp run --method NAME`
-  virtual int order() const = 0;                 ///< in smooth motion
-  virtual int edges() const { return 0; }        ///< of its friction polygon; 0: the circular cone
-  virtual bool halves() const { return false; }  ///< whether it fills StepReport::halves
+  virtual std::string_view name() const = 0;            ///< as in `perp run --method NAME`
+  virtual int order() const = 0;                        ///< in smooth motion
+  virtual int edges() const { return 0; }               ///< of its friction polygon; 0: the circular cone
+  virtual bool halves() const { return false; }         ///< whether it fills StepReport::halves
+  virtual bool knows_moments() const { return false; }  ///< of contacts: torsion and rolling
 
   /// One step from x. Strong guarantee: x moves only if the report says advanced().
   /// Throws std::invalid_argument unless h > 0 is finite and x fits the model.
@@ -143,6 +145,9 @@ class Stepper {
 
   /// The same, filling a report that is used again, so that nothing is allocated.
   void step(const Model& model, State& x, const StepRequest& request, StepReport& report);
+
+  /// Throws std::invalid_argument naming a contact whose friction this method does not know.
+  void need_known_laws(const Model& model) const;
 
   /// What the last step of x found, for Certificate; null of methods that do not keep it. For tests.
   virtual const StepAnswer* answer() const { return nullptr; }

@@ -62,8 +62,10 @@ void BodyShapes::set_friction(const std::string& a, const std::string& b, const 
   if (!(pair.mu >= 0) || !std::isfinite(pair.mu))
     refuse("set_friction", "mu", pair.mu, "needs to be >= 0 and finite");
   if (!(pair.e >= 0 && pair.e <= 1)) refuse("set_friction", "e", pair.e, "needs to be in [0, 1]");
-  if (pair.torsion != 0) refuse("set_friction", "torsion", pair.torsion, "is not known yet: needs to be 0");
-  if (pair.rolling != 0) refuse("set_friction", "rolling", pair.rolling, "is not known yet: needs to be 0");
+  if (!(pair.torsion >= 0) || !std::isfinite(pair.torsion))
+    refuse("set_friction", "torsion", pair.torsion, "needs to be >= 0 and finite [m]");
+  if (!(pair.rolling >= 0) || !std::isfinite(pair.rolling))
+    refuse("set_friction", "rolling", pair.rolling, "needs to be >= 0 and finite [m]");
   materials_[ascending(a, b)] = pair;
 }
 
@@ -117,7 +119,12 @@ void BodyShapes::add_contacts(Model& model) const {
     const Placed &a = shapes_[at(pair.first)], &b = shapes_[at(pair.second)];
     const auto known = materials_.find(ascending(a.material, b.material));
     const MaterialPair how = known == materials_.end() ? MaterialPair{} : known->second;
-    model.add_contact(a.body, b.body, gap(pair), {.mu = how.mu, .e = how.e, .name = name(model, pair)});
+    model.add_contact(a.body, b.body, gap(pair),
+                      {.mu = how.mu,
+                       .torsion = how.torsion,
+                       .rolling = how.rolling,
+                       .e = how.e,
+                       .name = name(model, pair)});
   }
 }
 
