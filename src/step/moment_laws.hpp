@@ -24,16 +24,14 @@ struct SemiAxes {
 /// Those of a contact and its moments.
 [[nodiscard]] SemiAxes semi_axes_of(const Reaction& contact, const Reaction& moments);
 
-/// The nearest to z of the x with sum x_i²/a_i² <= radius²; where a_i = 0, x_i = 0. `by_z` and `by_radius` get its derivatives.
-[[nodiscard]] Vector3 project_on_ellipsoid(const Vector3& a, double radius, const Vector3& z,
-                                           Matrix3* by_z = nullptr, Vector3* by_radius = nullptr);
-
 /// z_n onto the half line, then both groups of z onto theirs of that size [AC91]; P is a generalised derivative of p at z.
 void project_with_moments(const SemiAxes& axes, const Vector6& z, Vector6& p, Matrix6& P);
 
-/// A² u/|A u|: what the friction of a group that slides at u is the negative of, over p_n. Zero where A u is.
-[[nodiscard]] Vector3 sliding_friction(const SemiAxes& axes, const Vector3& u);
-[[nodiscard]] Vector2 rolling_friction(const SemiAxes& axes, const Vector2& u);
+/// -p/p_n of what rolls at angular velocities w: rolling w/|w|; zero where w is. (Of what slides: ellipsoid_support_gradient.)
+[[nodiscard]] inline Vector2 rolling_friction(double rolling, const Vector2& w) {
+  const double size = w.norm();
+  return size > 0 ? Vector2(rolling / size * w) : Vector2::Zero();
+}
 
 /// Both parts of a contact with moments as one vector.
 [[nodiscard]] inline Vector6 whole(const Vector3& contact, const Vector3& moments) {

@@ -5,6 +5,7 @@
 
 #include "core/index.hpp"
 #include "perp/core/errors.hpp"
+#include "solve/blocks/ellipsoid.hpp"
 #include "step/certificate.hpp"
 #include "step/closeness.hpp"
 #include "step/free_rotation.hpp"
@@ -46,8 +47,8 @@ struct Slid {
   void tie(const Reaction& contact, const Reaction& moments, double speed) {
     const SemiAxes axes = semi_axes_of(contact, moments);
     if (!axes.sliding.isZero(0) && slides(contact, moments, speed))
-      sliding = sliding_friction(axes, {contact.u.y(), contact.u.z(), moments.u.x()});
-    if (rolls(contact, moments, speed)) rolling = rolling_friction(axes, moments.u.tail<2>());
+      sliding = ellipsoid_support_gradient(axes.sliding, {contact.u.y(), contact.u.z(), moments.u.x()});
+    if (rolls(contact, moments, speed)) rolling = rolling_friction(axes.rolling, moments.u.tail<2>());
   }
   void untie() { direction.setZero(), sliding.setZero(), rolling.setZero(); }
 };

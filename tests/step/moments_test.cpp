@@ -67,42 +67,6 @@ std::vector<std::unique_ptr<Stepper>> exact_cones() {
 
 }  // namespace
 
-TEST_CASE("what lies outside an ellipsoid is projected onto its nearest point", "[moments]") {
-  Random random(3);
-  for (int k = 0; k < 2000; ++k) {
-    Vector3 a(random.positive(), random.positive(), random.positive() * std::pow(10, random.number(3)));
-    if (k % 5 == 0) a[k % 3] = 0;
-    const double radius = random.positive();
-    const Vector3 z = random.vector(6).cwiseProduct(a + Vector3::Constant(0.1));
-    Matrix3 by_z;
-    Vector3 by_radius;
-    const Vector3 x = project_on_ellipsoid(a, radius, z, &by_z, &by_radius);
-    CAPTURE(k, a, radius, z, x);
-    double filled = 0;
-    for (int i = 0; i < 3; ++i)
-      if (a[i] > 0)
-        filled += std::pow(x[i] / a[i], 2);
-      else
-        REQUIRE(x[i] == 0);
-    REQUIRE(filled <= radius * radius * (1 + 1e-12));
-    // z - x supports the set at x: (z - x) . (y - x) <= 0 for the y that makes it largest
-    const Vector3 push = a.cwiseProduct(z - x);
-    const double most = radius * push.norm(), here = (z - x).dot(x);
-    Vector3 across = z - x;
-    for (int i = 0; i < 3; ++i)
-      if (a[i] == 0) across[i] = 0;
-    REQUIRE(most - here <= 1e-9 * (across.norm() * x.norm() + 1e-300));
-    // its derivatives
-    const double step = 1e-6;
-    const Vector3 d = random.vector();
-    const auto at = [&](double s) { return project_on_ellipsoid(a, radius, z + s * d); };
-    const auto larger = [&](double s) { return project_on_ellipsoid(a, radius + s, z); };
-    if (std::abs(filled - radius * radius) < 1e-4 && (z - x).norm() < 1e-4) continue;  // at the kink
-    REQUIRE(((at(step) - at(-step)) / (2 * step) - by_z * d).norm() < 1e-5 * (1 + a.norm() / a.maxCoeff()));
-    REQUIRE(((larger(step) - larger(-step)) / (2 * step) - by_radius).norm() < 1e-5 * (1 + x.norm()));
-  }
-}
-
 TEST_CASE("moments of contacts turn with their bodies as differentiate_moments says",
           "[moments][derivatives]") {
   const auto seed = GENERATE(range(0u, 10u));
