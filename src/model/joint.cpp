@@ -246,6 +246,9 @@ JointRowValue evaluate(const JointRow& row, const JointGeometry& joint, const Po
   JointRowValue v;
   const auto apart = [&]() -> Vector3 { return X_WB * joint.anchor_b - X_WA * joint.anchor_a; };
   switch (row.kind) {
+    case Kind::Spin:
+      v.angular_a = v.angular_b = X_WA.q * row.in_a;
+      break;
     case Kind::Point:
       v.linear = X_WA.q * row.in_a;
       v.psi = v.linear.dot(apart());
@@ -359,6 +362,9 @@ JointRowDerivative differentiate(const JointRow& row, const JointGeometry& joint
     case Kind::Gear:
       d.angular_a = row.number * turning(row.turn, Quaternion::Identity(), X_WA.q, -1, w_A);
       d.angular_b = turning(row.turn_b, Quaternion::Identity(), X_WB.q, -1, w_B);
+      break;
+    case Kind::Spin:
+      d.angular_a.middleCols<3>(w_A) = d.angular_b.middleCols<3>(w_A) = -skew(X_WA.q * row.in_a);
       break;
   }
   return d;

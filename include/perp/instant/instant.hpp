@@ -1,6 +1,7 @@
 // What the system is like at one state: the one question that every method asks.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,16 @@ struct MomentInstant {
   double torsion = 0, rolling = 0;  ///< [m]
 
   Vector3 velocity(const Vector& nu) const { return W.velocity(nu) + bias; }
+
+  /// Whether the contact has friction along any of t, o, n.
+  bool has_sliding(double mu) const { return mu > 0 || mu_o > 0 || torsion > 0; }
+  /// Rows that a contact of so many tangents has of them: torsion, then rolling about t and o (in the plane about o).
+  int rows(int tangents) const { return (torsion > 0 ? 1 : 0) + (rolling > 0 ? tangents : 0); }
+  /// The columns of W that they are.
+  std::array<int, 3> columns(int tangents) const {
+    if (torsion > 0) return {0, 1, 2};
+    return {3 - tangents, 2, 2};
+  }
 };
 
 /// One equation of a joint, a coordinate of a joint, or (as `friction`) the one along which a joint has friction.

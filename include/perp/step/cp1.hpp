@@ -27,10 +27,12 @@ struct Cp1Options {
 struct Cp1Contact {
   int contact = 0;                         ///< in Model::contacts()
   int point = 0;                           ///< among all points of the model
-  bool sliding = false;                    ///< u_f != 0 at this instant
+  bool sliding = false;                    ///< u_f != 0 at this instant, or it spins against torsion
+  bool rolls = false;                      ///< against rolling friction, now or from here on
   ContactMode mode = ContactMode::Open;    ///< from here on: it opens, sticks or slips
   double c_n = 0;                          ///< normal force >= 0 [N]
   Vector3 force = Vector3::Zero();         ///< on b, world axes [N]
+  Vector3 moment = Vector3::Zero();        ///< of torsion and rolling on b, world axes [N m]
   Vector3 acceleration = Vector3::Zero();  ///< of b relative to a along n, t, o [m/s^2]
 };
 

@@ -24,6 +24,7 @@ struct ImpactContact {
   int contact = 0;                       ///< in Model::contacts()
   int point = 0;                         ///< among all points of the model
   Vector3 impulse = Vector3::Zero();     ///< on b [N s]
+  Vector3 moment = Vector3::Zero();      ///< of torsion and rolling on b [N m s]
   double p_n = 0;                        ///< >= 0 [N s]
   double approach = 0;                   ///< u_n- [m/s]
   double rebound = 0;                    ///< u_n+ [m/s]
