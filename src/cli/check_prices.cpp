@@ -89,8 +89,12 @@ void print_prices(const Scene& scene) {
       "frictions\n",
       shortest(h).c_str(), rows.contacts, rows.tangents, rows.joints, rows.frictions);
   for (const Method& m : methods())
-    std::printf("price %-12s %s; %s\n", std::string(m.name).c_str(), unknowns(scene, m, rows, h).c_str(),
-                price(scene, m, h).c_str());
+    if (!m.make({})->knows(scene.model))
+      std::printf("price %-12s none: it does not know torsion, rolling and friction axes\n",
+                  std::string(m.name).c_str());
+    else
+      std::printf("price %-12s %s; %s\n", std::string(m.name).c_str(), unknowns(scene, m, rows, h).c_str(),
+                  price(scene, m, h).c_str());
 }
 
 }  // namespace perp

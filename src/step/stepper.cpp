@@ -56,7 +56,7 @@ JointImpulse StepReport::joint(std::string_view name) const {
 }
 
 void Stepper::need_known_laws(const Model& model) const {
-  if (!knows_moments()) need_no_moments(name(), model);
+  if (!knows(model)) need_no_moments(name(), model);
 }
 
 StepReport Stepper::step(const Model& model, State& x, double h) {

@@ -9,6 +9,7 @@
 #include "perp/instant/instant.hpp"
 #include "perp/model/gaps.hpp"
 #include "perp/step/lcp_stepper.hpp"
+#include "perp/step/ncp_stepper.hpp"
 #include "perp/step/simulate.hpp"
 #include "scene_texts.hpp"
 
@@ -39,7 +40,9 @@ std::vector<std::string> examples_in(const std::string& document) {
 
 /// A short run, up to where a step fails if one does.
 Trajectory first_steps(const Scene& s, double until, double h) {
-  LcpStepper stepper;
+  LcpStepper lcp;
+  NcpStepper ncp;
+  Stepper& stepper = lcp.knows(s.model) ? static_cast<Stepper&>(lcp) : ncp;
   try {
     return simulate(s.model, stepper, s.start, {.t_end = until, .h = h});
   } catch (const StepFailure& failure) {

@@ -146,7 +146,9 @@ class Stepper {
   /// The same, filling a report that is used again, so that nothing is allocated.
   void step(const Model& model, State& x, const StepRequest& request, StepReport& report);
 
-  /// Throws std::invalid_argument naming a contact whose friction this method does not know.
+  /// Whether this method knows the friction of all of the model's contacts.
+  bool knows(const Model& model) const { return knows_moments() || model.contact_with_moments() == nullptr; }
+  /// Throws std::invalid_argument naming a contact whose friction it does not know.
   void need_known_laws(const Model& model) const;
 
   /// What the last step of x found, for Certificate; null of methods that do not keep it. For tests.
