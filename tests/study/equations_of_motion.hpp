@@ -46,7 +46,7 @@ struct Reaction {
     if (kind == Interval) r[0] = std::clamp(r[0], -limit, limit);
     if (kind == Moments) {
       const auto within = [&](auto group) {
-        if (const double size = group.norm(); size > r[0]) group *= r[0] / size;
+        if (const double length = group.norm(); length > r[0]) group *= r[0] / length;
       };
       const auto sliding = static_cast<Eigen::Index>(limit);
       within(r.segment(1, sliding));
