@@ -9,6 +9,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
@@ -117,12 +118,45 @@ FrictionMethod friction_method(const std::string& solver) {
   return FrictionMethod::Chain;
 }
 
+// Normal and tangential rows, 0 where a block has none, then the moments' rows where any block has some.
+void write_friction_solution(const std::filesystem::path& path, const FrictionProblem& problem,
+                             const FrictionSolution& solution) {
+  using Moments = std::vector<std::pair<const char*, int>>;  // name, rows after the tangential ones
+  const auto moments_of = [](BlockKind kind) -> Moments {
+    if (kind == BlockKind::Torsional) return {{"torsion", 3}};
+    if (kind == BlockKind::Rolling) return {{"rolling1", 3}, {"rolling2", 4}};
+    if (kind == BlockKind::TorsionalRolling) return {{"torsion", 3}, {"rolling1", 4}, {"rolling2", 5}};
+    if (kind == BlockKind::PlanarRolling) return {{"rolling1", 2}};
+    return {};
+  };
+  const Moments moments =
+      problem.blocks() > 0 ? moments_of(problem.kind(0)) : Moments{};  // files have one kind
+  std::vector<std::string> header{"contact", "rn", "rt1", "rt2", "un", "ut1", "ut2"};
+  for (const char* side : {"r_", "u_"})
+    for (const auto& [name, row] : moments) header.push_back(std::string(side) + name);
+  CsvFile csv(path, header);
+  const std::vector<Eigen::Index> first = problem.offsets();
+  for (int i = 0; i < static_cast<int>(problem.blocks()); ++i) {
+    const Eigen::Index tangents = first[i + 1] - first[i] - static_cast<Eigen::Index>(moments.size());
+    csv.cell(i);
+    for (const Vector& x : {solution.r, solution.u})
+      for (Eigen::Index k = 0; k < 3; ++k) csv.cell(k < tangents ? x(first[i] + k) : 0.0);
+    for (const Vector& x : {solution.r, solution.u})
+      for (const auto& [name, row] : moments) csv.cell(x(first[i] + row));
+    csv.end_row();
+  }
+  csv.finish();
+}
+
 Answer solve_friction_file(const std::string& file, const SolveRequest& request) {
   need_solver(request, "friction",
               {"chain", "newton", "interior-point", "proximal", "gauss-seidel", "ipopt"});
   if (request.solver == "ipopt" && !has_ipopt())
     refuse("perp solve", "--solver", request.solver, "this perp was built without Ipopt");
-  const FrictionProblem problem = read_friction_problem(file);
+  std::vector<std::string> remarks;
+  const FrictionProblem problem = read_friction_problem(file, &remarks);
+  for (const std::string& remark : remarks)
+    std::fprintf(stderr, "perp: %s: note: %s\n", file.c_str(), remark.c_str());
   const Stopwatch watch;
   const FrictionSolution solution =
       solve_friction(problem, {.tolerance = request.tolerance, .method = friction_method(request.solver)});
@@ -138,21 +172,11 @@ Answer solve_friction_file(const std::string& file, const SolveRequest& request)
   answer.residual_absolute = solution.residuals.absolute;
   answer.residual_relative = solution.residuals.relative;
   answer.residual_file = solution.residuals.file;
-  if (!request.solutions.empty()) {
-    CsvFile csv(solution_path(request, file), {"contact", "rn", "rt1", "rt2", "un", "ut1", "ut2"});
-    const std::vector<Eigen::Index> first = problem.offsets();
-    for (int i = 0; i < static_cast<int>(problem.blocks()); ++i) {
-      csv.cell(i);
-      for (const Vector& x : {solution.r, solution.u})
-        for (Eigen::Index k = first[i]; k < first[i] + 3; ++k) csv.cell(k < first[i + 1] ? x(k) : 0.0);
-      csv.end_row();
-    }
-    csv.finish();
-  }
+  if (!request.solutions.empty()) write_friction_solution(solution_path(request, file), problem, solution);
   return answer;
 }
 
-// What a file's first whole numbers look like decides its kind where the command line does not.
+// What a file's first whole numbers look like says which kinds it may be of where the command line does not.
 using Beginning = std::vector<int>;
 
 Beginning beginning_of(const std::string& file) {
@@ -170,43 +194,68 @@ Beginning beginning_of(const std::string& file) {
 
 bool is_storage(int number) { return 0 <= number && number <= 2; }
 
-// n, then a storage and the shape (n, n); dense storage says the shape twice.
-bool looks_like_lcp(const Beginning& x) {
-  return x.size() >= 4 && is_storage(x[1]) && x[2] == x[0] && x[3] == x[0] &&
-         (x[1] != 0 || (x.size() >= 6 && x[4] == x[0] && x[5] == x[0]));
+// n, then a storage and the shape (n, n), dense storage says the shape twice; or n, A, b as they are.
+bool looks_like_lcp(const Beginning& x, const std::string& file) {
+  return (x.size() >= 4 && is_storage(x[1]) && x[2] == x[0] && x[3] == x[0] &&
+          (x[1] != 0 || (x.size() >= 6 && x[4] == x[0] && x[5] == x[0]))) ||
+         (!x.empty() && is_plain_lcp(TextReader::from_file(file)));
 }
 
 // Two flags, n, m and the boundary 0.
-bool looks_like_mixed_lcp(const Beginning& x) {
+bool looks_like_mixed_lcp(const Beginning& x, const std::string&) {
   return x.size() >= 5 && 0 <= x[0] && x[0] <= 1 && 0 <= x[1] && x[1] <= 1 && x[0] + x[1] > 0 &&
          (x[0] == 0 || x[4] == 0);
 }
 
-// 2 or 3 rows a contact, the contacts, then a storage.
-bool looks_like_friction(const Beginning& x) {
-  return x.size() >= 4 && (x[0] == 2 || x[0] == 3) && x[1] >= 0 && is_storage(x[2]);
+// 2 to 6 rows a contact, the contacts, then a storage.
+bool looks_like_friction(const Beginning& x, const std::string&) {
+  return x.size() >= 4 && 2 <= x[0] && x[0] <= 6 && x[1] >= 0 && is_storage(x[2]);
 }
 
 struct Kind {
   const char* name;
-  bool (*looks_like)(const Beginning&);
+  bool (*looks_like)(const Beginning&, const std::string& file);
+  void (*read)(const std::string& file);
   Answer (*solve)(const std::string& file, const SolveRequest&);
 };
 
 constexpr std::array kinds{
-    Kind{"lcp", looks_like_lcp, solve_lcp_file},
-    Kind{"mlcp", looks_like_mixed_lcp, solve_mixed_lcp_file},
-    Kind{"friction", looks_like_friction, solve_friction_file},
+    Kind{"lcp", looks_like_lcp, [](const std::string& file) { (void)read_lcp(file); }, solve_lcp_file},
+    Kind{"mlcp", looks_like_mixed_lcp, [](const std::string& file) { (void)read_mixed_lcp(file); },
+         solve_mixed_lcp_file},
+    Kind{"friction", looks_like_friction, [](const std::string& file) { (void)read_friction_problem(file); },
+         solve_friction_file},
 };
 
+bool can_read(const Kind& kind, const std::string& file) {
+  try {
+    kind.read(file);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+// The kind whose first numbers a file has; of several the one as which all of it can be read.
 const Kind& kind_of(const std::string& file, const std::string& named) {
   if (named.empty() && is_hdf5_file(file)) return kind_of(file, "friction");
   const Beginning beginning = named.empty() ? beginning_of(file) : Beginning{};
+  std::vector<const Kind*> possible, readable;
   std::string names;
   for (const Kind& kind : kinds) {
-    if (named.empty() ? kind.looks_like(beginning) : kind.name == named) return kind;
+    if (named.empty() ? kind.looks_like(beginning, file) : kind.name == named) possible.push_back(&kind);
     names.append(names.empty() ? "" : ", ").append(kind.name);
   }
+  if (possible.size() == 1) return *possible.front();
+  for (const Kind* kind : possible)
+    if (can_read(*kind, file)) readable.push_back(kind);
+  if (readable.size() == 1) return *readable.front();
+  if (readable.size() > 1)
+    throw ParseError(
+        file, 1, 1,
+        std::string("the file can be read as ") + readable[0]->name + " and as " + readable[1]->name,
+        "--kind says which it is");
+  if (!possible.empty()) return *possible.front();  // its reader says what is wrong
   throw ParseError(file, 1, 1, "the first numbers are of no known kind of problem", names + " can be read");
 }
 

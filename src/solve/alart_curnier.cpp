@@ -2,22 +2,27 @@
 
 namespace perp {
 
-double AlartCurnierMap::evaluate(const Columns3& r, const Columns3& u) {
-  F.resize(3, system.n);
+template <int R>
+double AlartCurnierMap<R>::evaluate(const Columns<R>& r, const Columns<R>& u) {
+  F.resize(R, system.n);
   P.resize(system.n);
-  Vector3 p;
+  Column<R> p;
   for (int i = 0; i < system.n; ++i) {
-    alart_curnier_projection(system.kind[i], system.mu[i], r.col(i) - rho * u.col(i), p, P[i]);
+    alart_curnier_projection<R>(system.block[i], r.col(i) - rho * u.col(i), p, P[i]);
     F.col(i) = r.col(i) - p;
   }
   return F.squaredNorm();
 }
 
-void AlartCurnierMap::jacobian(double eps, Blocks3& A, Blocks3& B) const {
+template <int R>
+void AlartCurnierMap<R>::jacobian(double eps, Squares<R>& A, Squares<R>& B) const {
   for (int i = 0; i < system.n; ++i) {
-    A[i] = Matrix3::Identity() - (1 - rho * eps) * P[i];
+    A[i] = Square<R>::Identity() - (1 - rho * eps) * P[i];
     B[i] = rho * P[i];
   }
 }
+
+template struct AlartCurnierMap<3>;
+template struct AlartCurnierMap<6>;
 
 }  // namespace perp

@@ -55,13 +55,14 @@ Vector nonnegative_quadratic(const Matrix& Q, const Vector& c) {
 
 }  // namespace
 
-Vector infeasibility_certificate(const FrictionProblem& local, const ContactSystem& system) {
+template <int R>
+Vector infeasibility_certificate(const FrictionProblem& local, const ContactSystem<R>& system) {
   constexpr double null_tolerance = 1e-10;  // |Wᵀ y|/|y| in the scaled problem
   constexpr double negative = -1e-6;        // qᵀ y/|y|, with |q| = 1
   constexpr int largest = 2000;             // contacts; the dense active set costs n³
   std::vector<int> contacts;
   for (int i = 0; i < system.n; ++i)
-    if (system.kind[i] != BlockKind::Interval) contacts.push_back(i);
+    if (system.block[i].contact) contacts.push_back(i);
   const auto n = static_cast<Eigen::Index>(contacts.size());
   if (n == 0 || n > largest) return {};
   const Matrix W = system.W->dense();
@@ -70,56 +71,58 @@ Vector infeasibility_certificate(const FrictionProblem& local, const ContactSyst
   for (int i = 0; i < n; ++i) {
     q(i) = system.q(0, contacts[i]);
     for (int j = 0; j < n; ++j)
-      Q(i, j) = (W(3 * contacts[i], 3 * contacts[j]) + W(3 * contacts[j], 3 * contacts[i])) / 2;
+      Q(i, j) = (W(R * contacts[i], R * contacts[j]) + W(R * contacts[j], R * contacts[i])) / 2;
   }
   if (q.minCoeff() >= 0) return {};  // r = 0 solves
   // yᵀ W y + (qᵀ y + 1)² = yᵀ (W + q qᵀ) y + 2 qᵀ y + 1
   Vector y = nonnegative_quadratic(Q + q * q.transpose(), -q);
   if (!(y.norm() > 0)) return {};
   y /= y.norm();
-  Vector full = Vector::Zero(3 * system.n);
-  for (int i = 0; i < n; ++i) full(3 * contacts[i]) = y(i);
+  Vector full = Vector::Zero(R * system.n);
+  for (int i = 0; i < n; ++i) full(R * contacts[i]) = y(i);
   if (!((W.transpose() * full).norm() < null_tolerance) || !(q.dot(y) < negative)) return {};
   // in the problem's own units the row scale goes over to y
   const std::vector<Eigen::Index> offsets = local.offsets();
   Vector certificate = Vector::Zero(offsets.back());
-  for (int i = 0; i < n; ++i) certificate(offsets[contacts[i]]) = y(i) * system.s[contacts[i]];
+  for (int i = 0; i < n; ++i) certificate(offsets[contacts[i]]) = y(i) * system.s(0, contacts[i]);
   return certificate;
 }
 
-Vector existence_certificate(const FrictionProblem& problem, ContactSystem& system) {
+template <int R>
+Vector existence_certificate(const FrictionProblem& problem, ContactSystem<R>& system) {
   constexpr double rooms[] = {0.1, 1e-2, 1e-3, 1e-4};  // asked for, beside |q| = 1
   constexpr double symmetric = 1e-10;                  // |W - Wᵀ|/|W|
   if (!problem.is_global()) {
     const SparseMatrix W = problem.W.to_sparse();
     if (!(SparseMatrix(W - SparseMatrix(W.transpose())).norm() <= symmetric * W.norm())) return {};
   }
-  const Columns3 q = system.q;
+  const Columns<R> q = system.q;
   Vector certificate;
   system.associated = true;
   for (const double room : rooms) {
     for (int i = 0; i < system.n; ++i)
-      if (system.kind[i] != BlockKind::Interval) system.q(0, i) = q(0, i) - room;
-    Iterate point;
-    point.r = Columns3::Zero(3, system.n);
+      if (system.block[i].contact) system.q(0, i) = q(0, i) - room;
+    Iterate<R> point;
+    point.r = Columns<R>::Zero(R, system.n);
     evaluate(system, point);
     Budget budget;
     interior_point(system, {.most = 100, .start = 1}, 1e-3 * room, budget, point);
     bool inside = point.u.allFinite();
     for (int i = 0; i < system.n && inside; ++i) {
-      const double slip = system.kind[i] == BlockKind::HalfLine ? 0 : point.u.col(i).tail<2>().norm();
-      inside = system.kind[i] == BlockKind::Interval ||
-               point.u(0, i) + room > system.mu[i] * slip + room / 2 + round_off(point.r.norm());
+      const Column<R> u = point.u.col(i);
+      const double slip = augmented_velocity(system.block[i], u)(0) - u(0);
+      inside = !system.block[i].contact || u(0) + room > slip + room / 2 + round_off(point.r.norm());
     }
     if (!inside) continue;
     const std::vector<Eigen::Index> offsets = problem.offsets();
     certificate = Vector(offsets.back());
     for (int i = 0; i < system.n; ++i) {
-      Vector3 u = point.u.col(i);
-      if (system.kind[i] != BlockKind::Interval) u(0) += room;
-      const Eigen::Index rows = offsets[i + 1] - offsets[i];
-      certificate.segment(offsets[i], rows) =
-          u.segment(first_row(system.kind[i]), rows) * (system.sigma / system.s[i]);
+      Column<R> u = point.u.col(i);
+      if (system.block[i].contact) u(0) += room;
+      for (int k = 0; k < system.layout[i]->rows; ++k) {
+        const int place = system.layout[i]->place[k];
+        certificate(offsets[i] + k) = u(place) * (system.sigma / system.s(place, i));
+      }
     }
     break;
   }
@@ -127,5 +130,10 @@ Vector existence_certificate(const FrictionProblem& problem, ContactSystem& syst
   system.q = q;
   return certificate;
 }
+
+template Vector infeasibility_certificate(const FrictionProblem&, const ContactSystem<3>&);
+template Vector infeasibility_certificate(const FrictionProblem&, const ContactSystem<6>&);
+template Vector existence_certificate(const FrictionProblem&, ContactSystem<3>&);
+template Vector existence_certificate(const FrictionProblem&, ContactSystem<6>&);
 
 }  // namespace perp

@@ -1,8 +1,8 @@
-// A friction problem made ready for the solvers: three rows a block, scaled, with its linear algebra.
+// A friction problem made ready for the solvers: R rows a block, scaled, with its linear algebra.
 //
-// Every block is padded to three rows (N, T1, T2) whose unused ones have W = 0, q = 0, r = 0; an interval is
-// planar friction under a known normal reaction, so its row is T1. Each block is scaled
-// by one number s_i and the whole by sigma, as in friction_residual.hpp, so that tr W_ii = rows_i and |q| = 1.
+// Every block is padded to R = 3 or 6 rows (blocks/layout.hpp) whose unused ones have W = 0, q = 0, r = 0. Each block is scaled by
+// one number a unit of its rows and the whole by sigma, as in friction_residual.hpp, so that the mean of W's diagonal is 1 over the
+// rows of a unit, and |q| = 1.
 #pragma once
 
 #include <cmath>
@@ -10,98 +10,99 @@
 #include <vector>
 
 #include "block_lu.hpp"
+#include "blocks/block.hpp"
 #include "perp/solve/friction_residual.hpp"
 
 namespace perp {
 
-using Columns3 = Eigen::Matrix3Xd;  ///< one column a block
-using Blocks3 = std::vector<Matrix3>;
-
-/// Where a block's rows stand among the three.
-inline int first_row(BlockKind kind) { return kind == BlockKind::Interval ? 1 : 0; }
-
 /// The linear maps of the scaled problem: W itself, and solutions of (A + B W) x = y for block-diagonal A, B, the
 /// form of every Newton system here. A block with B_i = 0 is eliminated before factoring.
+template <int R>
 class DelassusOperator {
  public:
   virtual ~DelassusOperator() = default;
-  virtual const Matrix3& diagonal(int i) const = 0;
-  virtual void apply(const Columns3& r, Columns3& Wr) const = 0;
+  virtual const Square<R>& diagonal(int i) const = 0;
+  virtual void apply(const Columns<R>& r, Columns<R>& Wr) const = 0;
   /// False if A + B W is numerically singular.
-  virtual bool factor(const Blocks3& A, const Blocks3& B) = 0;
+  virtual bool factor(const Squares<R>& A, const Squares<R>& B) = 0;
   /// x with (A + B W) x = y, refined if need be, and Wx beside it. False if x is not finite.
-  virtual bool solve(const Columns3& y, Columns3& x, Columns3& Wx) = 0;
+  virtual bool solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) = 0;
   /// Row i of W r alone, for sweeps.
-  virtual Vector3 row(int i, const Columns3& r) const = 0;
+  virtual Column<R> row(int i, const Columns<R>& r) const = 0;
   /// Dense copy, for small problems and other solvers' stages.
   virtual Matrix dense() const = 0;
 
  protected:
   template <class SolveOnce>
-  bool refine(const Columns3& y, Columns3& x, Columns3& Wx, const Blocks3& A, const Blocks3& B,
+  bool refine(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx, const Squares<R>& A, const Squares<R>& B,
               const SolveOnce& solve_once);
 
  private:
-  Columns3 residual_, correction_;
+  Columns<R> residual_, correction_;
 };
 
-/// W stored as sparse 3x3 blocks, factored in its own pattern.
-class LocalOperator final : public DelassusOperator {
+/// W stored as sparse (R, R) blocks, factored in its own pattern.
+template <int R>
+class LocalOperator final : public DelassusOperator<R> {
  public:
-  LocalOperator(BlockPattern pattern, Blocks3 values);
-  const Matrix3& diagonal(int i) const override;
-  void apply(const Columns3& r, Columns3& Wr) const override;
-  bool factor(const Blocks3& A, const Blocks3& B) override;
-  bool solve(const Columns3& y, Columns3& x, Columns3& Wx) override;
-  Vector3 row(int i, const Columns3& r) const override;
+  LocalOperator(BlockPattern pattern, Squares<R> values);
+  const Square<R>& diagonal(int i) const override;
+  void apply(const Columns<R>& r, Columns<R>& Wr) const override;
+  bool factor(const Squares<R>& A, const Squares<R>& B) override;
+  bool solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) override;
+  Column<R> row(int i, const Columns<R>& r) const override;
   Matrix dense() const override;
 
  private:
-  void solve_once(const Columns3& y, Columns3& x);
+  void solve_once(const Columns<R>& y, Columns<R>& x);
 
   BlockPattern pattern_;
-  Blocks3 values_;
+  Squares<R> values_;
   std::vector<int> diagonal_;  // place of W_ii in values_
-  BlockLu<3> lu_;
-  Blocks3 A_, B_;
+  BlockLu<R> lu_;
+  Squares<R> A_, B_;
   std::vector<char> open_;  // blocks with B_i = 0
   bool any_open_ = false;
 };
 
 /// A scaled problem of n blocks.
+template <int R>
 struct ContactSystem {
   int n = 0;
-  std::vector<BlockKind> kind;
-  std::vector<double> mu;  ///< coefficient; an interval's scaled bound
-  Columns3 q;              ///< (3, n) scaled, |q| = 1 unless zero
-  std::vector<double> s;   ///< (n) scale of each block
-  double sigma = 1;        ///< scale of the whole
-  std::unique_ptr<DelassusOperator> W;
+  std::vector<Block<R>> block;             ///< with scaled bounds
+  std::vector<const BlockLayout*> layout;  ///< where the problem's rows stand
+  Columns<R> q;                            ///< (R, n) scaled, |q| = 1 unless zero
+  Columns<R> s;                            ///< (R, n) scale of each row
+  double sigma = 1;                        ///< scale of the whole
+  std::unique_ptr<DelassusOperator<R>> W;
   bool associated = false;  ///< the convex problem K ∋ r ⟂ u ∈ K*, without the De Saxcé term
 
-  Columns3 scaled_reaction(const Vector& r, const std::vector<Eigen::Index>& offsets) const;
-  Vector reaction(const Columns3& scaled, const std::vector<Eigen::Index>& offsets) const;
+  Columns<R> scaled_reaction(const Vector& r, const std::vector<Eigen::Index>& offsets) const;
+  Vector reaction(const Columns<R>& scaled, const std::vector<Eigen::Index>& offsets) const;
 };
 
 /// Scales and packs a local problem.
-ContactSystem contact_system(const FrictionProblem& local);
+template <int R>
+ContactSystem<R> contact_system(const FrictionProblem& local);
 
 /// The same for a global problem, in the bodies' velocities where the mass matrix allows, else brought to the
 /// local form.
 class MassResponse;
-ContactSystem contact_system(const FrictionProblem& global, const MassResponse& response);
+template <int R>
+ContactSystem<R> contact_system(const FrictionProblem& global, const MassResponse& response);
 
 /// Refines x of (A + B W) x = y by solve_once while that helps, at most twice; Wx is that of the x left. False if x
 /// is not finite.
+template <int R>
 template <class SolveOnce>
-bool DelassusOperator::refine(const Columns3& y, Columns3& x, Columns3& Wx, const Blocks3& A,
-                              const Blocks3& B, const SolveOnce& solve_once) {
+bool DelassusOperator<R>::refine(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx, const Squares<R>& A,
+                                 const Squares<R>& B, const SolveOnce& solve_once) {
   constexpr double enough = 1e-10, useless = 0.5;  // of |y|; of the miss before
   const double size = y.norm();
   double last = infinity;
   for (int refinements = 0;; ++refinements) {
     apply(x, Wx);
-    residual_.resize(3, x.cols());
+    residual_.resize(R, x.cols());
     for (int i = 0; i < static_cast<int>(x.cols()); ++i)
       residual_.col(i) = y.col(i) - A[i] * x.col(i) - B[i] * Wx.col(i);
     const double miss = residual_.norm();
@@ -114,7 +115,8 @@ bool DelassusOperator::refine(const Columns3& y, Columns3& x, Columns3& Wx, cons
 }
 
 /// The residuals of r and u = W r + q, with the system's scales.
-FrictionResidual friction_residual(const FrictionProblem& local, const ContactSystem& system, const Vector& r,
-                                   const Vector& u);
+template <int R>
+FrictionResidual friction_residual(const FrictionProblem& local, const ContactSystem<R>& system,
+                                   const Vector& r, const Vector& u);
 
 }  // namespace perp

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <Eigen/QR>
 
+#include "blocks/block.hpp"
 #include "vanishing_compliance.hpp"
 
 namespace perp {
@@ -14,7 +15,21 @@ struct TiedRows {
   Vector known;
 };
 
-/// Modes by reactions r: open, at the side of the cone (with its friction tied to the normal reaction) or inside.
+/// A group's friction over the normal reaction that it needs to be at its bound: r_g = ray n. Zero rows where the group pushes nothing.
+struct Bound {
+  double n;
+  Vector3 ray;
+};
+
+Bound bound_of(const Vector3& axes, const Vector3& r) {
+  const double longest = axes.maxCoeff(), size = r.norm();
+  if (!(longest > 0) || size == 0) return {0, Vector3::Zero()};
+  if ((axes.array() == longest || axes.array() == 0).all()) return {size / longest, longest / size * r};
+  const double gauge = ellipsoid_gauge(axes, r);
+  return {gauge, r / gauge};
+}
+
+/// Modes by reactions r: open, at the side of the cone (with its friction tied to the normal reaction) or inside; each group of rows for itself.
 TiedRows tie(const FrictionProblem& problem, const Vector& r, const Vector& weight) {
   constexpr double at_side = 1e-9,
                    unloaded = 1e-10;  // of the bound of friction; of the largest reaction as a velocity
@@ -23,27 +38,38 @@ TiedRows tie(const FrictionProblem& problem, const Vector& r, const Vector& weig
   const Eigen::Index m = problem.rows();
   TiedRows tied{Matrix::Zero(m, m), Matrix::Zero(m, m), Vector::Zero(m)};
   Eigen::Index n = 0;
+  const auto free = [&](Eigen::Index row) { tied.P(row, n) = tied.Q(row, n) = 1, ++n; };
   for (Eigen::Index i = 0; i < problem.blocks(); ++i) {
+    const BlockLayout& layout = layout_of(problem.kind(i));
+    const Block<6> block = make_block<6>(problem, i);
     const Eigen::Index row = first[static_cast<std::size_t>(i)];
-    const BlockKind kind = problem.kind(i);
-    const Eigen::Index tangents = block_rows(kind) - 1;
-    if (kind == BlockKind::Interval) {
-      if (std::abs(r[row]) >= problem.mu[i] * (1 - at_side)) {
-        tied.known[row] = r[row] > 0 ? problem.mu[i] : -problem.mu[i];
-      } else {
-        tied.P(row, n) = tied.Q(row, n) = 1;
-        ++n;
+    if (layout.contact && !(weight[row] * r[row] > zero)) continue;
+    const double size = layout.contact ? r[row] : 1;
+    const Eigen::Index normal = n;
+    if (layout.contact) free(row);
+    for (const RowGroup& group : RowGroups<6>::all) {
+      std::array<Eigen::Index, 3> rows{};  // of the problem, of the group's that are there
+      Vector3 r_g = Vector3::Zero(), axes = Vector3::Zero();
+      int there = 0;
+      for (int k = layout.contact ? 1 : 0; k < layout.rows; ++k) {
+        const int place = layout.place[static_cast<std::size_t>(k)];
+        if (place < group.first || place >= group.first + group.size) continue;
+        rows[static_cast<std::size_t>(there)] = row + k;
+        r_g(there) = r[row + k];
+        axes(there++) = block.axes(place);
       }
-      continue;
+      const Bound bound = bound_of(axes, r_g);
+      const bool slides = !(axes.maxCoeff() > 0) || bound.n >= size * (1 - at_side);
+      for (int k = 0; k < there; ++k) {
+        const Eigen::Index at = rows[static_cast<std::size_t>(k)];
+        if (slides && layout.contact)
+          tied.P(at, normal) = bound.ray(k);
+        else if (slides)
+          tied.known[at] = bound.ray(k);
+        else if (axes(k) > 0)
+          free(at);
+      }
     }
-    if (!(weight[row] * r[row] > zero)) continue;
-    tied.P(row, n) = tied.Q(row, n) = 1;
-    const auto friction = r.segment(row + 1, tangents);
-    const double size = friction.norm(), bound = tangents > 0 ? problem.mu[i] * r[row] : 0;
-    const bool slides = tangents > 0 && size >= bound * (1 - at_side);
-    if (slides && size > 0) tied.P.col(n).segment(row + 1, tangents) = problem.mu[i] / size * friction;
-    ++n;
-    for (Eigen::Index t = 1; !slides && t <= tangents; ++t, ++n) tied.P(row + t, n) = tied.Q(row + t, n) = 1;
   }
   tied.P.conservativeResize(Eigen::NoChange, n);
   tied.Q.conservativeResize(Eigen::NoChange, n);

@@ -1,16 +1,19 @@
 // What the two formats of contact problems share.
 #pragma once
 
+#include <vector>
+
 #include "perp/solve/friction_io.hpp"
 
 namespace perp {
 
-/// 2 or 3, or a refusal: the rows of every block of the problem.
-int space_dimension(const FrictionProblem& problem);
+/// The one kind of all blocks if a file has a place for it, or a refusal: planar contacts (2 rows), cones (3), torsional (4), rolling (5), both
+/// (6). Cones if there is no block.
+BlockKind kind_of_all(const FrictionProblem& problem);
 
-/// Cones or planar contacts, one a coefficient.
-void set_kinds(FrictionProblem& problem, int dimension);
+bool has_torsion(BlockKind kind);  ///< of these kinds, those with a torsion row
+bool has_rolling(BlockKind kind);  ///< and those with rolling rows
 
-FrictionProblem read_fclib(const std::string& path);
+FrictionProblem read_fclib(const std::string& path, std::vector<std::string>* remarks);
 
 }  // namespace perp

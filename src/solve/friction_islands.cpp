@@ -83,8 +83,15 @@ std::vector<FrictionIsland> friction_islands(const FrictionProblem& problem) {
   for (Eigen::Index i = 0; i < problem.blocks(); ++i) {
     FrictionProblem& p = islands[island_of_root[sets.root(offsets[i])]].problem;
     p.kinds.push_back(problem.kind(i));
-    p.mu.conservativeResize(p.mu.size() + 1);
-    p.mu(p.mu.size() - 1) = problem.mu(i);
+    const auto append = [i](Vector& part, const Vector& whole) {
+      if (whole.size() == 0) return;
+      part.conservativeResize(part.size() + 1);
+      part(part.size() - 1) = whole(i);
+    };
+    append(p.mu, problem.mu);
+    append(p.mu_o, problem.mu_o);
+    append(p.torsion, problem.torsion);
+    append(p.rolling, problem.rolling);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     FrictionProblem& p = islands[i].problem;

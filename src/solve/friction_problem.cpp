@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "blocks/layout.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
@@ -28,25 +29,37 @@ void need_finite(const char* name, const Vector& x) {
       refuse(where, std::string(name) + "(" + std::to_string(i) + ")", x(i), "finite numbers are needed");
 }
 
-}  // namespace
-
-int block_rows(BlockKind kind) {
-  switch (kind) {
-    case BlockKind::HalfLine:
-    case BlockKind::Interval:
-      return 1;
-    case BlockKind::Planar:
-      return 2;
-    case BlockKind::Cone:
-      return 3;
+/// Sizes of the vectors of bounds, and that each number that is read is one >= 0.
+void check_bounds(const FrictionProblem& problem) {
+  const Eigen::Index blocks = problem.blocks();
+  if (problem.mu_o.size() > 0) need_size("mu_o", problem.mu_o.size(), blocks);
+  const auto bound = [&](Eigen::Index i, const char* name, const Vector& x) {
+    need_size(name, x.size(), blocks);
+    if (!(x(i) >= 0) || (std::isinf(x(i)) && &x != &problem.mu))
+      refuse(where, std::string(name) + "(" + std::to_string(i) + ")", x(i), "a number >= 0 is needed");
+  };
+  for (Eigen::Index i = 0; i < blocks; ++i) {
+    const BlockLayout& layout = layout_of(problem.kind(i));
+    for (int k = 0; k < layout.rows; ++k) {
+      const int place = layout.place[static_cast<size_t>(k)];
+      if (place == 0) continue;
+      if (!layout.contact || place < 3) bound(i, "mu", problem.mu);
+      if (layout.contact && place == 2 && problem.mu_o.size() > 0) bound(i, "mu_o", problem.mu_o);
+      if (layout.contact && place == 3) bound(i, "torsion", problem.torsion);
+      if (layout.contact && place > 3) bound(i, "rolling", problem.rolling);
+    }
   }
-  return 0;
 }
+
+}  // namespace
 
 BlockKind FrictionProblem::kind(Eigen::Index i) const {
   if (!kinds.empty()) return kinds[i];
+  constexpr BlockKind by_rows[] = {
+      BlockKind::Cone,      BlockKind::HalfLine, BlockKind::Planar,          BlockKind::Cone,
+      BlockKind::Torsional, BlockKind::Rolling,  BlockKind::TorsionalRolling};
   const Eigen::Index each = blocks() > 0 ? rows() / blocks() : 0;
-  return each == 1 ? BlockKind::HalfLine : each == 2 ? BlockKind::Planar : BlockKind::Cone;
+  return each <= 6 ? by_rows[each] : BlockKind::Cone;
 }
 
 std::vector<Eigen::Index> FrictionProblem::offsets() const {
@@ -76,9 +89,7 @@ void check(const FrictionProblem& problem) {
     need_shape("W", problem.W, m, m);
     need_finite("q", problem.q);
   }
-  for (Eigen::Index i = 0; i < problem.blocks(); ++i)
-    if (!(problem.mu(i) >= 0) && problem.kind(i) != BlockKind::HalfLine)
-      refuse(where, "mu(" + std::to_string(i) + ")", problem.mu(i), "a number >= 0 is needed");
+  check_bounds(problem);
 }
 
 }  // namespace perp

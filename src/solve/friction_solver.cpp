@@ -19,18 +19,19 @@ double pass_error(const FrictionResidual& residuals) {
 }
 
 /// The chain over one scaled problem. `best` only ever improves.
+template <int R>
 class Chain {
  public:
-  Chain(const ContactSystem& system, const FrictionOptions& options, Budget& budget)
+  Chain(const ContactSystem<R>& system, const FrictionOptions& options, Budget& budget)
       : system_(system), options_(options), budget_(budget) {}
 
   FrictionStage stage = FrictionStage::None;
-  Iterate best;
+  Iterate<R> best;
 
   bool solved() const { return best.error <= options_.tolerance; }
   bool done() const { return solved() || budget_.spent(); }
 
-  void start(Columns3 r) {
+  void start(Columns<R> r) {
     best.r = std::move(r);
     evaluate(system_, best);
   }
@@ -39,7 +40,7 @@ class Chain {
   void newton_stage(int most) {
     attempt(
         FrictionStage::Newton,
-        [&](Iterate& point) {
+        [&](Iterate<R>& point) {
           newton_from(point, {.most = most});
           sharpen(point);
         },
@@ -51,13 +52,13 @@ class Chain {
     if (done()) return;
     constexpr int sweeps = 3;
     Budget own;
-    Iterate point = best;
+    Iterate<R> point = best;
     point.error = infinity;  // take the sweeps' end, better or not: Newton is what it is for
     gauss_seidel(system_, sweeps, options_.tolerance, own, point);
     if (!std::isfinite(point.error)) return;
     attempt(
         FrictionStage::Newton,
-        [&](Iterate& x) {
+        [&](Iterate<R>& x) {
           newton_from(x, {.most = 12});
           if (x.error > options_.tolerance) newton_from(x, {.most = 25, .least_regularisation = 1e-6});
         },
@@ -66,12 +67,12 @@ class Chain {
 
   /// One interior-point run, then the polish from its best point.
   void interior_point_stage(FrictionStage name, const InteriorPointOptions& interior) {
-    Iterate point;
-    point.r = Columns3::Zero(3, system_.n);
+    Iterate<R> point;
+    point.r = Columns<R>::Zero(R, system_.n);
     evaluate(system_, point);
     attempt(
         name,
-        [&](Iterate& x) {
+        [&](Iterate<R>& x) {
           interior_point(system_, interior, options_.tolerance, budget_, x);
           polish(x);
         },
@@ -79,12 +80,12 @@ class Chain {
   }
 
   void proximal_stage(const ProximalOptions& proximal) {
-    Iterate point;
-    point.r = Columns3::Zero(3, system_.n);
+    Iterate<R> point;
+    point.r = Columns<R>::Zero(R, system_.n);
     evaluate(system_, point);
     attempt(
         FrictionStage::Proximal,
-        [&](Iterate& x) {
+        [&](Iterate<R>& x) {
           proximal_point(system_, proximal, options_.tolerance, budget_, x);
           polish(x);
         },
@@ -92,18 +93,18 @@ class Chain {
   }
 
   /// Takes an answer found elsewhere if it is better.
-  void offer(FrictionStage name, Columns3 r) {
-    Iterate point;
+  void offer(FrictionStage name, Columns<R> r) {
+    Iterate<R> point;
     point.r = std::move(r);
     evaluate(system_, point);
     attempt(
-        name, [&](Iterate& x) { sharpen(x); }, point);
+        name, [&](Iterate<R>& x) { sharpen(x); }, point);
   }
 
   void gauss_seidel_stage(int sweeps) {
     attempt(
         FrictionStage::GaussSeidel,
-        [&](Iterate& point) {
+        [&](Iterate<R>& point) {
           gauss_seidel(system_, sweeps, options_.tolerance, budget_, point);
           polish(point);
         },
@@ -113,12 +114,12 @@ class Chain {
   void ipopt_stage() {
     for (const double start : {0.1, 1.0, 0.01}) {
       if (done()) return;
-      Iterate point;
-      point.r = Columns3::Zero(3, system_.n);
+      Iterate<R> point;
+      point.r = Columns<R>::Zero(R, system_.n);
       evaluate(system_, point);
       attempt(
           FrictionStage::Ipopt,
-          [&](Iterate& x) {
+          [&](Iterate<R>& x) {
             solve_by_ipopt(system_, start, budget_, x);
             polish(x);
           },
@@ -128,7 +129,7 @@ class Chain {
 
  private:
   template <class Method>
-  void attempt(FrictionStage name, Method&& method, Iterate point) {
+  void attempt(FrictionStage name, Method&& method, Iterate<R> point) {
     const double before = best.error;
     const int most = budget_.most;
     if (options_.stage_iterations > 0 && name != FrictionStage::Ipopt) {
@@ -142,18 +143,18 @@ class Chain {
     stage = name;
   }
 
-  void newton_from(Iterate& point, const NewtonOptions& newton_options) {
+  void newton_from(Iterate<R>& point, const NewtonOptions& newton_options) {
     newton(system_, newton_options, options_.tolerance, budget_, point);
   }
 
   /// A few steps towards round-off where redundant contacts made Newton stall below the tolerance.
-  void sharpen(Iterate& point) {
+  void sharpen(Iterate<R>& point) {
     constexpr double round_off = 1e-13;
     if (point.error <= options_.tolerance && point.error > round_off) newton_from(point, {.most = 5});
   }
 
   /// Four Newton methods in turn, until one reaches the tolerance.
-  void polish(Iterate& point) {
+  void polish(Iterate<R>& point) {
     const auto passed = [&] { return point.error <= options_.tolerance; };
     newton_from(point, {.most = 30});
     if (!passed()) newton_from(point, {.most = 30, .fischer_burmeister = true});
@@ -162,17 +163,19 @@ class Chain {
     sharpen(point);
   }
 
-  const ContactSystem& system_;
+  const ContactSystem<R>& system_;
   const FrictionOptions& options_;
   Budget& budget_;
 };
 
-void start_chain(Chain& chain, const FrictionOptions& options) {
+template <int R>
+void start_chain(Chain<R>& chain, const FrictionOptions& options) {
   if (options.start.size() > 0) chain.sweep_start();
   if (!chain.done()) chain.newton_stage(25);
 }
 
-void run_chain(Chain& chain) {
+template <int R>
+void run_chain(Chain<R>& chain) {
   chain.interior_point_stage(FrictionStage::InteriorPoint, {});
   constexpr InteriorPointOptions starts[] = {{.start = 1, .damping = 0.9},
                                              {.start = 0.1, .damping = 0.9},
@@ -191,7 +194,8 @@ void run_chain(Chain& chain) {
 }
 
 /// Proximal point from zero in several manners: what one does not come to, the next mostly does.
-void proximal_rounds(Chain& chain, int n) {
+template <int R>
+void proximal_rounds(Chain<R>& chain, int n) {
   const int most = std::min(200, 4 * n);  // a small problem is soon at its end
   const ProximalOptions rounds[] = {{.most = most},
                                     {.most = 2 * most, .alpha = 1, .sweeps = 0},
@@ -224,27 +228,20 @@ FrictionSolution solve_apart(const std::vector<FrictionIsland>& islands, const F
   return whole;
 }
 
-}  // namespace
-
-FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOptions& options) {
-  check(problem);
-  if (!(options.tolerance > 0))
-    refuse("solve_friction", "tolerance", options.tolerance, "a number > 0 is needed");
-  if (options.start.size() > 0 && (options.start.size() != problem.rows() || !options.start.allFinite()))
-    refuse("solve_friction", "start", "not finite or of another size", "one finite number a row is needed");
-
+template <int R>
+FrictionSolution solve_in_columns(const FrictionProblem& problem, const FrictionOptions& options) {
   std::optional<MassResponse> response;
   if (problem.is_global()) response.emplace(problem);
-  ContactSystem system = response ? contact_system(problem, *response) : contact_system(problem);
+  ContactSystem<R> system = response ? contact_system<R>(problem, *response) : contact_system<R>(problem);
   const std::vector<Eigen::Index> offsets = problem.offsets();
 
   Budget budget;
   budget.most = options.max_iterations;
   budget.time_limit = options.time_limit;
 
-  Chain chain(system, options, budget);
+  Chain<R> chain(system, options, budget);
   chain.start(options.start.size() > 0 ? system.scaled_reaction(options.start, offsets)
-                                       : Columns3(Columns3::Zero(3, system.n)));
+                                       : Columns<R>(Columns<R>::Zero(R, system.n)));
   FrictionSolution solution;
   std::vector<FrictionIsland> islands;
   switch (options.method) {
@@ -323,6 +320,18 @@ FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOp
     if (solution.certificate.size() > 0) solution.existence = FrictionExistence::Exists;
   }
   return solution;
+}
+
+}  // namespace
+
+FrictionSolution solve_friction(const FrictionProblem& problem, const FrictionOptions& options) {
+  check(problem);
+  if (!(options.tolerance > 0))
+    refuse("solve_friction", "tolerance", options.tolerance, "a number > 0 is needed");
+  if (options.start.size() > 0 && (options.start.size() != problem.rows() || !options.start.allFinite()))
+    refuse("solve_friction", "start", "not finite or of another size", "one finite number a row is needed");
+  return column_rows(problem) == 3 ? solve_in_columns<3>(problem, options)
+                                   : solve_in_columns<6>(problem, options);
 }
 
 std::string_view to_string(FrictionStatus status) {

@@ -20,13 +20,19 @@ inline double pass_error(double natural_map, double size) {
 }
 
 /// A point with its residual; stages keep the best one they meet.
+template <int R>
 struct Iterate {
-  Columns3 r, u;            ///< u = W r + q
+  Columns<R> r, u;          ///< u = W r + q
   double error = infinity;  ///< pass_error
 };
 
+/// The natural map's Euclidean norm over the scaled problem, |r - P_K(r - û)|.
+template <int R>
+double natural_map(const ContactSystem<R>& system, const Columns<R>& r, const Columns<R>& u);
+
 /// Recomputes u and the error of point.r.
-void evaluate(const ContactSystem& system, Iterate& point);
+template <int R>
+void evaluate(const ContactSystem<R>& system, Iterate<R>& point);
 
 /// When to give up; shared by all stages of one solve.
 struct Budget {
@@ -54,8 +60,9 @@ struct NewtonOptions {
 };
 
 /// Improves `best` from its r; goes on below `tolerance` while the error still falls by half.
-void newton(const ContactSystem& system, const NewtonOptions& options, double tolerance, Budget& budget,
-            Iterate& best);
+template <int R>
+void newton(const ContactSystem<R>& system, const NewtonOptions& options, double tolerance, Budget& budget,
+            Iterate<R>& best);
 
 /// Interior-point homotopy on the exact problem with Nesterov-Todd scaling, the De Saxcé term inside.
 struct InteriorPointOptions {
@@ -63,8 +70,9 @@ struct InteriorPointOptions {
   double start = 10;   ///< x = y = start * max(0.1, |b'|_inf) e0
   double damping = 1;  ///< factor on the derivative of |y_T| [-]
 };
-void interior_point(const ContactSystem& system, const InteriorPointOptions& options, double tolerance,
-                    Budget& budget, Iterate& best);
+template <int R>
+void interior_point(const ContactSystem<R>& system, const InteriorPointOptions& options, double tolerance,
+                    Budget& budget, Iterate<R>& best);
 
 /// Proximal point method: r_(k+1) solves the problem with alpha (r - r_k) added to u by Newton's method, alpha falls
 /// while these inner problems are solved and grows when one is not. It needs no smoothing and comes to solutions
@@ -75,13 +83,18 @@ struct ProximalOptions {
   int newton = 15;      ///< iterations on each map in an inner problem
   int sweeps = 100;     ///< of Gauss-Seidel after an inner problem that was not solved; 0: none
 };
-void proximal_point(const ContactSystem& system, const ProximalOptions& options, double tolerance,
-                    Budget& budget, Iterate& best);
+template <int R>
+void proximal_point(const ContactSystem<R>& system, const ProximalOptions& options, double tolerance,
+                    Budget& budget, Iterate<R>& best);
 
 /// Sweeps with an exact solution of each contact alone.
-void gauss_seidel(const ContactSystem& system, int sweeps, double tolerance, Budget& budget, Iterate& best);
+template <int R>
+void gauss_seidel(const ContactSystem<R>& system, int sweeps, double tolerance, Budget& budget,
+                  Iterate<R>& best);
 
-/// Solves one contact: u = W r + q, W 3x3, warm-started from r.
-Vector3 solve_one_contact(BlockKind kind, double mu, const Matrix3& W, const Vector3& q, const Vector3& r);
+/// Solves one contact: u = W r + q, W (R, R), warm-started from r.
+template <int R>
+Column<R> solve_one_contact(const Block<R>& block, const Square<R>& W, const Column<R>& q,
+                            const Column<R>& r);
 
 }  // namespace perp

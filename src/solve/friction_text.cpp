@@ -1,5 +1,6 @@
 #include "friction_io.hpp"
 
+#include <array>
 #include <fstream>
 #include <stdexcept>
 
@@ -9,28 +10,38 @@
 
 namespace perp {
 
-int space_dimension(const FrictionProblem& problem) {
+BlockKind kind_of_all(const FrictionProblem& problem) {
   const BlockKind kind = problem.blocks() > 0 ? problem.kind(0) : BlockKind::Cone;
+  const bool has_place = block_rows(kind) > 1 && kind != BlockKind::Disc && kind != BlockKind::Ball;
   for (Eigen::Index i = 0; i < problem.blocks(); ++i)
-    if (problem.kind(i) != kind || block_rows(kind) < 2)
+    if (problem.kind(i) != kind || !has_place)
       refuse("contact problem file", "kinds", "mixed",
-             "only cones, or only planar contacts, have a place there");
-  return block_rows(kind);
+             "only contacts with friction, all of one kind, have a place there");
+  return kind;
 }
 
-void set_kinds(FrictionProblem& problem, int dimension) {
-  problem.kinds.assign(problem.mu.size(), dimension == 2 ? BlockKind::Planar : BlockKind::Cone);
+bool has_torsion(BlockKind kind) {
+  return kind == BlockKind::Torsional || kind == BlockKind::TorsionalRolling;
+}
+bool has_rolling(BlockKind kind) {
+  return kind == BlockKind::Rolling || kind == BlockKind::TorsionalRolling ||
+         kind == BlockKind::PlanarRolling;
 }
 
 namespace {
 
-Vector read_coefficients(TextReader& reader, int contacts) {
-  Vector mu(contacts);
+constexpr std::array by_rows{BlockKind::Planar, BlockKind::Cone, BlockKind::Torsional, BlockKind::Rolling,
+                             BlockKind::TorsionalRolling};
+
+/// One number a contact.
+Vector read_bounds(TextReader& reader, int contacts, const char* name) {
+  Vector x(contacts);
   for (int i = 0; i < contacts; ++i) {
-    mu(i) = reader.real("mu of contact " + std::to_string(i));
-    if (mu(i) < 0) reader.reject("mu of contact " + std::to_string(i), "a number >= 0 is needed");
+    const std::string what = std::string(name) + " of contact " + std::to_string(i);
+    x(i) = reader.real(what);
+    if (x(i) < 0) reader.reject(what, "a number >= 0 is needed");
   }
-  return mu;
+  return x;
 }
 
 /// After its first matrix a local text has reals; a global one has a storage and a shape of H that fits.
@@ -65,8 +76,9 @@ void write_matrix(std::string& text, const SparseMatrix& A) {
 FrictionProblem read_friction_text(const TextReader& from) {
   TextReader reader = from;
   FrictionProblem problem;
-  const int dimension = reader.integer("rows a contact", 2, 3);
-  const int contacts = reader.integer("number of contacts", 0, INT_MAX / 3);
+  const int dimension = reader.integer("rows a contact", 2, 6);
+  const BlockKind kind = by_rows[static_cast<std::size_t>(dimension) - 2];
+  const int contacts = reader.integer("number of contacts", 0, INT_MAX / 6);
   const int m = dimension * contacts;
   const SparseMatrix first = read_numerics_matrix(reader);
   const auto n = static_cast<int>(first.rows());
@@ -83,8 +95,11 @@ FrictionProblem read_friction_text(const TextReader& from) {
     problem.W = first;
     problem.q = reader.reals(m, "q");
   }
-  problem.mu = read_coefficients(reader, contacts);
-  set_kinds(problem, dimension);
+  problem.mu = read_bounds(reader, contacts, "mu");
+  if (has_torsion(kind)) problem.torsion = read_bounds(reader, contacts, "torsion");
+  if (has_rolling(kind)) problem.rolling = read_bounds(reader, contacts, "mu_r");
+  if (dimension > 2 && reader.next_is("mu_o")) problem.mu_o = read_bounds(reader, contacts, "mu_o");
+  problem.kinds.assign(static_cast<std::size_t>(contacts), kind);
   return problem;
 }
 
@@ -96,15 +111,21 @@ bool is_hdf5_file(const std::string& path) {
 }
 
 FrictionProblem read_friction_problem(const std::string& path) {
-  return is_hdf5_file(path) ? read_fclib(path) : read_friction_text(TextReader::from_file(path));
+  return read_friction_problem(path, nullptr);
+}
+
+FrictionProblem read_friction_problem(const std::string& path, std::vector<std::string>* remarks) {
+  return is_hdf5_file(path) ? read_fclib(path, remarks) : read_friction_text(TextReader::from_file(path));
 }
 
 void write_friction_text(const FrictionProblem& problem, const std::string& path) {
   check(problem);
   if (problem.G.cols() > 0)
     refuse("write_friction_text", "G", "not empty", "the format has no bilateral rows");
-  std::string text =
-      std::to_string(space_dimension(problem)) + "\n" + std::to_string(problem.blocks()) + "\n";
+  const BlockKind kind = kind_of_all(problem);
+  if (kind == BlockKind::PlanarRolling)
+    refuse("write_friction_text", "kinds", "planar with rolling", "three rows are a cone's in the format");
+  std::string text = std::to_string(block_rows(kind)) + "\n" + std::to_string(problem.blocks()) + "\n";
   if (problem.is_global()) {
     write_matrix(text, problem.M.to_sparse());
     write_matrix(text, problem.H.to_sparse());
@@ -115,6 +136,12 @@ void write_friction_text(const FrictionProblem& problem, const std::string& path
     write_vector(text, problem.q);
   }
   write_vector(text, problem.mu);
+  if (has_torsion(kind)) write_vector(text, problem.torsion);
+  if (has_rolling(kind)) write_vector(text, problem.rolling);
+  if (problem.mu_o.size() > 0 && block_rows(kind) > 2) {
+    text.append("mu_o\n");
+    write_vector(text, problem.mu_o);
+  }
   OutputFile file(path);
   file.append(text);
   file.close();

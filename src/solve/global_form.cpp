@@ -136,6 +136,9 @@ FrictionProblem to_local(const FrictionProblem& problem, const MassResponse& res
   response.velocity(problem.f, v_free, lambda);
   local.q = H.transpose() * v_free + problem.w;
   local.mu = problem.mu;
+  local.mu_o = problem.mu_o;
+  local.torsion = problem.torsion;
+  local.rolling = problem.rolling;
   local.kinds = problem.kinds;
   if (local.kinds.empty())
     for (Eigen::Index i = 0; i < problem.blocks(); ++i) local.kinds.push_back(problem.kind(i));

@@ -1,206 +1,307 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cone.hpp"
 #include "friction_stages.hpp"
+#include "second_order_cone.hpp"
 
 namespace perp {
 namespace {
 
-// The second-order cone {x_0 >= |x_T|} and its Jordan algebra, x∘y = (x.y, x_0 y_T + y_0 x_T).
-double determinant(const Vector3& x) {
-  const double t = x.tail<2>().norm();
-  return (x(0) - t) * (x(0) + t);
-}
+/// Each group of a block's rows makes a second-order cone of its own with the normal row: x = P S r, S picking the rows, P of cone_scaling() for the
+/// group alone. In the block's equation u = W r + q the cones' y add up,
+///   u = sum S^T P (y - |y_T| e_0),                                                          (1)
+/// so that û_N is shared out among their y_0. A half line is a cone whose other rows are not there; a bound of constant size one whose x_0 is known.
+enum class Role : char { Off, Line, Cone, Known };
 
-Vector3 product(const Vector3& x, const Vector3& y) {
-  return {x.dot(y), x(0) * y(1) + y(0) * x(1), x(0) * y(2) + y(0) * x(2)};
-}
+/// The homotopy of one system: x and y of every cone, c-th of block i at i * cones + c.
+template <int R>
+class Homotopy {
+ public:
+  static constexpr int cones = static_cast<int>(RowGroups<R>::all.size());
+  static constexpr int D = RowGroups<R>::all[0].size + 1;
 
-/// z with λ∘z = c.
-Vector3 divide(const Vector3& lambda, const Vector3& c) {
-  const double det = determinant(lambda);
-  const Vector2 l = lambda.tail<2>();
-  const double z0 = (lambda(0) * c(0) - l.dot(c.tail<2>())) / det;
-  const Vector2 zT = (c.tail<2>() - z0 * l) / lambda(0);
-  return {z0, zT(0), zT(1)};
-}
+  Homotopy(const ContactSystem<R>& system, const InteriorPointOptions& options);
 
-/// Largest t with x + t dx in the cone.
-double distance_to_boundary(const Vector3& x, const Vector3& dx) {
-  // (x0 + t dx0)^2 = |x_T + t dx_T|^2 in the metric J; c > 0 inside
-  const double c = determinant(x);
-  const double b = x(0) * dx(0) - x.tail<2>().dot(dx.tail<2>());
-  const double a = dx(0) * dx(0) - dx.tail<2>().squaredNorm();
-  double t = infinity;
-  const double discriminant = b * b - a * c;
-  if (a < 0) {
-    t = c / (std::sqrt(std::max(0.0, discriminant)) - b);  // the positive root, (-b - sqrt)/a rewritten
-  } else if (b < 0 && discriminant >= 0) {
-    t = c / (-b + std::sqrt(discriminant));
+  Columns<R> reaction() const;  ///< in the rows of a bound of constant size: with its x_0
+  double kappa() const;
+  void linearise(const Columns<R>& Wr);  ///< residuals, scalings, and A, B of the step's (A + B W) dr = rhs
+  bool factor() { return system_.W->factor(A_, B_); }
+  bool step(double kappa);  ///< predictor, corrector, and as far as the cones let it
+  void without_known(Columns<R>& r) const;
+
+ private:
+  static Column<D> pick(const Column<R>& r, int c);
+  template <class Function>
+  void for_each(const Function& function) const {  // (block, cone of the block, place)
+    for (int i = 0; i < system_.n; ++i)
+      for (int c = 0; c < cones; ++c)
+        if (role_[i * cones + c] != Role::Off) function(i, c, i * cones + c);
   }
-  if (dx(0) < 0) t = std::min(t, -x(0) / dx(0));
+  bool pushes(int i, int k) const {  // a row that is not there does no harm beside the planar one
+    const Block<R>& block = system_.block[i];
+    return block.axes(k) > 0 || (block.planar() && block.radius > 0);
+  }
+  void take_roles();
+  void linearise(int i, int c, const Column<R>& u);
+  bool direction();
+  double longest_step() const;
+
+  const ContactSystem<R>& system_;
+  const InteriorPointOptions& options_;
+  std::vector<Role> role_;
+  std::vector<char> first_;  // the block's cone that sees u_N
+  int count_ = 0;            // of cones
+  Columns<D> P_, x_, y_, residual_, c_, dx_, dy_;
+  std::vector<Scaling<D>> scaling_;
+  Squares<D> IG_;
+  Squares<R> A_, B_;
+  Columns<R> rhs_, dr_, W_dr_;
+};
+
+template <int R>
+Column<Homotopy<R>::D> Homotopy<R>::pick(const Column<R>& r, int c) {
+  const RowGroup& group = RowGroups<R>::all[c];
+  Column<D> x = Column<D>::Zero();
+  x(0) = r(0);
+  for (int k = 0; k < group.size; ++k) x(1 + k) = r(group.first + k);
+  return x;
+}
+
+/// P of the tangential rows, a/axes over √a of contacts, a the longest; 1 in a/axes where there is no axis.
+Vector3 tangential_scaling(const Vector3& axes, bool contact) {
+  const double longest = axes.maxCoeff();
+  Vector3 ratio = Vector3::Ones();
+  for (int k = 0; k < 3; ++k)
+    if (axes(k) > 0) ratio(k) = longest / axes(k);
+  return contact ? Vector3(ratio / std::sqrt(longest)) : ratio;
+}
+
+template <int R>
+void Homotopy<R>::take_roles() {
+  for (int i = 0; i < system_.n; ++i) {
+    const Block<R>& block = system_.block[i];
+    bool any = false;
+    for (int c = 0; c < cones; ++c) {
+      const int at = i * cones + c;
+      const RowGroup& group = RowGroups<R>::all[c];
+      P_.col(at).setOnes();
+      if (!block.has(group)) continue;
+      role_[at] = block.contact ? Role::Cone : Role::Known;
+      first_[at] = !any;
+      any = true;
+      const Vector3 axes = Block<R>::rows(block.axes, group);
+      P_.col(at).segment(1, group.size) = tangential_scaling(axes, block.contact).head(group.size);
+      if (block.contact) P_(0, at) = std::sqrt(axes.maxCoeff());
+    }
+    if (!any && block.contact) role_[i * cones] = Role::Line, first_[i * cones] = true;
+    for (int c = 0; c < cones; ++c) count_ += role_[i * cones + c] != Role::Off;
+  }
+}
+
+template <int R>
+Homotopy<R>::Homotopy(const ContactSystem<R>& system, const InteriorPointOptions& options)
+    : system_(system),
+      options_(options),
+      role_(system.n * cones, Role::Off),
+      first_(system.n * cones, false),
+      P_(D, system.n * cones),
+      x_(Columns<D>::Zero(D, system.n * cones)),
+      y_(x_),
+      residual_(x_),
+      c_(x_),
+      dx_(x_),
+      dy_(x_),
+      scaling_(system.n * cones),
+      IG_(system.n * cones),
+      A_(system.n),
+      B_(system.n),
+      rhs_(R, system.n) {
+  take_roles();
+  double largest = 0;
+  for_each([&](int i, int c, int at) {
+    largest = std::max(largest, pick(system_.q.col(i), c).cwiseQuotient(P_.col(at)).cwiseAbs().maxCoeff());
+  });
+  const double start = options.start * std::max(0.1, largest);
+  for (int i = 0; i < system.n; ++i) {
+    double normal = not_set;  // reaction; the cones share it
+    for (int c = 0; c < cones; ++c) {
+      const int at = i * cones + c;
+      if (role_[at] == Role::Off) continue;
+      if (first_[at]) normal = start / P_(0, at);
+      x_(0, at) = first_[at] ? start : P_(0, at) * normal;
+      y_(0, at) = first_[at] ? start : start * start / x_(0, at);
+    }
+  }
+}
+
+template <int R>
+Columns<R> Homotopy<R>::reaction() const {
+  Columns<R> r = Columns<R>::Zero(R, system_.n);
+  for_each([&](int i, int c, int at) {
+    const Column<D> part = x_.col(at).cwiseQuotient(P_.col(at));
+    const RowGroup& group = RowGroups<R>::all[c];
+    if (first_[at]) r(0, i) = part(0);
+    r.col(i).segment(group.first, group.size) = part.segment(1, group.size);
+  });
+  return r;
+}
+
+template <int R>
+void Homotopy<R>::without_known(Columns<R>& r) const {
+  for (int i = 0; i < system_.n; ++i)
+    if (!system_.block[i].contact) r(0, i) = 0;
+}
+
+template <int R>
+double Homotopy<R>::kappa() const {
+  double sum = 0;
+  for_each([&](int, int, int at) { sum += x_.col(at).dot(y_.col(at)); });
+  return sum / count_;
+}
+
+template <int R>
+void Homotopy<R>::linearise(int i, int c, const Column<R>& u) {
+  const int at = i * cones + c;
+  const RowGroup& group = RowGroups<R>::all[c];
+  Column<D> u_c = pick(u, c);
+  if (!first_[at]) u_c(0) = 0;
+  residual_.col(at) = u_c.cwiseQuotient(P_.col(at)) - y_.col(at);
+  IG_[at].setIdentity();
+  if (role_[at] == Role::Line) {
+    residual_.col(at).template tail<D - 1>().setZero();
+    scaling_[at] = half_line_scaling<D>(x_(0, at), y_(0, at));
+  } else {
+    const double slip = system_.associated ? 0 : y_.col(at).template tail<D - 1>().norm();
+    const bool known = role_[at] == Role::Known;
+    if (known)
+      residual_(0, at) = 0;
+    else
+      residual_(0, at) += slip;
+    for (int k = 0; k < group.size; ++k)
+      if (!pushes(i, group.first + k)) residual_(1 + k, at) = 0;
+    if (slip > 0 && !known)
+      IG_[at].template block<1, D - 1>(0, 1) =
+          -options_.damping * y_.col(at).template tail<D - 1>().transpose() / slip;
+    scaling_[at] = nesterov_todd<D>(x_.col(at), y_.col(at));
+  }
+  // in r: (sum S^T P (I-G) N P S + W) dr = sum S^T P ((I-G) V (λ\c) - residual)
+  const Square<D> part = P_.col(at).asDiagonal() * (IG_[at] * scaling_[at].N) * P_.col(at).asDiagonal();
+  A_[i](0, 0) += part(0, 0);
+  A_[i].block(0, group.first, 1, group.size) += part.block(0, 1, 1, group.size);
+  A_[i].block(group.first, 0, group.size, 1) += part.block(1, 0, group.size, 1);
+  A_[i].block(group.first, group.first, group.size, group.size) += part.block(1, 1, group.size, group.size);
+}
+
+template <int R>
+void Homotopy<R>::linearise(const Columns<R>& Wr) {
+  for (int i = 0; i < system_.n; ++i) {
+    A_[i].setZero();
+    B_[i].setIdentity();
+    const Column<R> u = Wr.col(i) + system_.q.col(i);
+    for (int c = 0; c < cones; ++c)
+      if (role_[i * cones + c] != Role::Off) linearise(i, c, u);
+    for (int k = 0; k < R; ++k) {
+      if (k == 0 ? system_.block[i].contact : pushes(i, k)) continue;  // else: r_k is known
+      A_[i].row(k).setZero();
+      A_[i](k, k) = 1;
+      B_[i].row(k).setZero();
+    }
+  }
+}
+
+template <int R>
+bool Homotopy<R>::direction() {
+  rhs_.setZero();
+  for_each([&](int i, int c, int at) {
+    Column<D> target = Column<D>::Zero();
+    if (role_[at] == Role::Line)
+      target(0) = c_(0, at) / scaling_[at].lambda(0);
+    else
+      target = divide<D>(scaling_[at].lambda, c_.col(at));
+    dy_.col(at) = scaling_[at].V * target;
+    const Column<D> part = P_.col(at).cwiseProduct(IG_[at] * dy_.col(at) - residual_.col(at));
+    const RowGroup& group = RowGroups<R>::all[c];
+    rhs_(0, i) += part(0);
+    rhs_.col(i).segment(group.first, group.size) += part.segment(1, group.size);
+    if (role_[at] == Role::Known) rhs_(0, i) = system_.block[i].axes.maxCoeff() - x_(0, at);
+  });
+  if (!system_.W->solve(rhs_, dr_, W_dr_)) return false;
+  for_each([&](int i, int c, int at) {
+    dx_.col(at) = P_.col(at).cwiseProduct(pick(dr_.col(i), c));
+    dy_.col(at) -= scaling_[at].N * dx_.col(at);
+  });
+  return true;
+}
+
+template <int R>
+double Homotopy<R>::longest_step() const {
+  double t = infinity;
+  for_each([&](int, int, int at) {
+    if (role_[at] != Role::Line) {
+      t = std::min({t, distance_to_boundary<D>(x_.col(at), dx_.col(at)),
+                    distance_to_boundary<D>(y_.col(at), dy_.col(at))});
+    } else {
+      if (dx_(0, at) < 0) t = std::min(t, -x_(0, at) / dx_(0, at));
+      if (dy_(0, at) < 0) t = std::min(t, -y_(0, at) / dy_(0, at));
+    }
+  });
   return t;
 }
 
-/// One block's scaling: V λ-maps both x and y to λ = V x = V^-1 y; N = V², N x = y.
-struct Scaling {
-  Matrix3 V, V_inverse, N;
-  Vector3 lambda;
-};
-
-Scaling nesterov_todd(const Vector3& x, const Vector3& y) {
-  const double det_x = determinant(x), det_y = determinant(y);
-  const Vector3 x_bar = x / std::sqrt(det_x), y_bar = y / std::sqrt(det_y);
-  const double gamma = std::sqrt((1 + x_bar.dot(y_bar)) / 2);
-  const Vector3 w = (y_bar + Vector3(x_bar(0), -x_bar(1), -x_bar(2))) / (2 * gamma);
-  const Vector3 v = Vector3(w(0) + 1, w(1), w(2)) / std::sqrt(2 * (w(0) + 1));
-  const double beta = std::sqrt(std::sqrt(det_y / det_x));
-  const Vector3 J(1, -1, -1);
-  Scaling s;
-  s.V = 2 * beta * v * v.transpose();
-  s.V.diagonal() -= beta * J;
-  const Vector3 Jv = J.cwiseProduct(v);
-  s.V_inverse = 2 / beta * Jv * Jv.transpose();
-  s.V_inverse.diagonal() -= J / beta;
-  s.N = 2 * beta * beta * w * w.transpose();
-  s.N.diagonal() -= beta * beta * J;
-  s.lambda = s.V * x;
-  return s;
+template <int R>
+bool Homotopy<R>::step(double kappa) {
+  for_each([&](int, int, int at) {
+    const Column<D>& lambda = scaling_[at].lambda;
+    if (role_[at] == Role::Line)
+      c_(0, at) = -lambda(0) * lambda(0);
+    else
+      c_.col(at) = -product(lambda, lambda);
+  });
+  if (!direction()) return false;
+  const double affine = std::min(1.0, longest_step());
+  const double sigma = std::pow(1 - affine, 3);
+  for_each([&](int, int, int at) {
+    const Column<D> a = scaling_[at].V * dx_.col(at), b = scaling_[at].V_inverse * dy_.col(at);
+    if (role_[at] == Role::Line) {
+      c_(0, at) += sigma * kappa - a(0) * b(0);
+    } else {
+      c_.col(at) += sigma * kappa * Column<D>::Unit(0) - product(a, b);
+    }
+  });
+  if (!direction()) return false;
+  const double t = std::min(1.0, 0.99 * longest_step());
+  x_ += t * dx_;
+  y_ += t * dy_;
+  return true;
 }
 
 }  // namespace
 
-void interior_point(const ContactSystem& system, const InteriorPointOptions& options, double tolerance,
-                    Budget& budget, Iterate& best) {
-  const int n = system.n;
-  const Vector3 e0(1, 0, 0);
-  // x = P r, y = P^-1 û with P = diag(√mu, 1/√mu, 1/√mu): both in the unit cone
-  Columns3 P(3, n), x(3, n), y(3, n), Wr(3, n), r(3, n);
-  // An interval is a cone block whose x_0 is known to be its bound: row 0 says so, and the De Saxcé term is absent.
-  std::vector<char> is_cone(n), is_interval(n);
-  for (int i = 0; i < n; ++i) {
-    const double mu = system.mu[i];
-    is_interval[i] = system.kind[i] == BlockKind::Interval;
-    is_cone[i] = system.kind[i] != BlockKind::HalfLine && mu > 0;
-    const double root = std::sqrt(mu);
-    P.col(i) = is_cone[i] && !is_interval[i] ? Vector3(root, 1 / root, 1 / root) : Vector3(1, 1, 1);
-  }
-  const double start = options.start * std::max(0.1, system.q.cwiseQuotient(P).cwiseAbs().maxCoeff());
-  for (int i = 0; i < n; ++i) x.col(i) = y.col(i) = start * e0;
-
-  std::vector<Scaling> scaling(n);
-  Blocks3 A(n), B(n, Matrix3::Identity()), IG(n);
-  Columns3 residual(3, n), c(3, n), rhs(3, n), dx(3, n), dy(3, n), dr, W_dr, dx_affine(3, n), dy_affine(3, n);
-  Iterate point;
+template <int R>
+void interior_point(const ContactSystem<R>& system, const InteriorPointOptions& options, double tolerance,
+                    Budget& budget, Iterate<R>& best) {
+  Homotopy<R> path(system, options);
+  Columns<R> r, Wr;
+  Iterate<R> point;
   for (int k = 0; k < options.most && !budget.spent(); ++k) {
     ++budget.iterations;
-    r = x.cwiseQuotient(P);
+    r = path.reaction();
     system.W->apply(r, Wr);
-    double kappa = 0;
-    for (int i = 0; i < n; ++i) kappa += x.col(i).dot(y.col(i));
-    kappa /= n;
+    const double kappa = path.kappa();
     point.r = r;
-    for (int i = 0; i < n; ++i)
-      if (!is_cone[i]) {
-        point.r.col(i).tail<2>().setZero();
-        if (is_interval[i]) point.r(0, i) = 0;
-      } else if (is_interval[i]) {
-        point.r(0, i) = 0;
-      }
+    path.without_known(point.r);
     evaluate(system, point);
     if (!std::isfinite(point.error)) return;
     if (point.error < best.error) best = point;
     if (kappa < 1e-11 || best.error < tolerance) return;
-
-    // y = P^-1 (W r + q) + |y_T| e0, linearised: (I - G) dy = P^-1 W P^-1 dx + residual
-    for (int i = 0; i < n; ++i) {
-      residual.col(i) = (Wr.col(i) + system.q.col(i)).cwiseQuotient(P.col(i)) - y.col(i);
-      Matrix3& ig = IG[i];
-      ig.setIdentity();
-      if (is_cone[i]) {
-        const double slip = system.associated ? 0 : y.col(i).tail<2>().norm();
-        if (is_interval[i]) {
-          residual(0, i) = 0;
-        } else {
-          residual(0, i) += slip;
-        }
-        if (slip > 0 && !is_interval[i])
-          ig.block<1, 2>(0, 1) = -options.damping * y.col(i).tail<2>().transpose() / slip;
-        scaling[i] = nesterov_todd(x.col(i), y.col(i));
-      } else {
-        residual.col(i).tail<2>().setZero();
-        Scaling& s = scaling[i];
-        const double N = y(0, i) / x(0, i), V = std::sqrt(N);
-        s.N = Vector3(N, 1, 1).asDiagonal();
-        s.V = Vector3(V, 1, 1).asDiagonal();
-        s.V_inverse = Vector3(1 / V, 1, 1).asDiagonal();
-        s.lambda = Vector3(V * x(0, i), 0, 0);
-      }
-      // in r: (P (I-G) N P + W) dr = P ((I-G) V (λ\c) - residual)
-      A[i] = P.col(i).asDiagonal() * (ig * scaling[i].N) * P.col(i).asDiagonal();
-      if (is_cone[i]) {
-        B[i].setIdentity();
-      } else {
-        B[i] = e0 * e0.transpose();
-      }
-      if (is_interval[i] && is_cone[i]) {
-        A[i].row(0) = e0.transpose();
-        B[i].row(0).setZero();
-      }
-    }
-    if (!system.W->factor(A, B)) return;
-
-    const auto direction = [&]() {
-      for (int i = 0; i < n; ++i) {
-        const Vector3 target =
-            is_cone[i] ? divide(scaling[i].lambda, c.col(i)) : Vector3(c(0, i) / scaling[i].lambda(0), 0, 0);
-        dy.col(i) = scaling[i].V * target;
-        rhs.col(i) = P.col(i).cwiseProduct(IG[i] * dy.col(i) - residual.col(i));
-        if (is_interval[i] && is_cone[i]) rhs(0, i) = system.mu[i] - x(0, i);
-      }
-      if (!system.W->solve(rhs, dr, W_dr)) return false;
-      for (int i = 0; i < n; ++i) {
-        dx.col(i) = P.col(i).cwiseProduct(dr.col(i));
-        dy.col(i) -= scaling[i].N * dx.col(i);
-      }
-      return true;
-    };
-    const auto longest_step = [&]() {
-      double t = infinity;
-      for (int i = 0; i < n; ++i) {
-        if (is_cone[i]) {
-          t = std::min(
-              {t, distance_to_boundary(x.col(i), dx.col(i)), distance_to_boundary(y.col(i), dy.col(i))});
-        } else {
-          if (dx(0, i) < 0) t = std::min(t, -x(0, i) / dx(0, i));
-          if (dy(0, i) < 0) t = std::min(t, -y(0, i) / dy(0, i));
-        }
-      }
-      return t;
-    };
-
-    for (int i = 0; i < n; ++i)
-      c.col(i) = is_cone[i] ? Vector3(-product(scaling[i].lambda, scaling[i].lambda))
-                            : Vector3(-scaling[i].lambda(0) * scaling[i].lambda(0), 0, 0);
-    if (!direction()) return;
-    const double affine = std::min(1.0, longest_step());
-    const double sigma = std::pow(1 - affine, 3);
-    dx_affine = dx;
-    dy_affine = dy;
-    for (int i = 0; i < n; ++i) {
-      const Vector3 a = scaling[i].V * dx_affine.col(i), b = scaling[i].V_inverse * dy_affine.col(i);
-      if (is_cone[i]) {
-        c.col(i) += sigma * kappa * e0 - product(a, b);
-      } else {
-        c(0, i) += sigma * kappa - a(0) * b(0);
-      }
-    }
-    if (!direction()) return;
-    const double t = std::min(1.0, 0.99 * longest_step());
-    x += t * dx;
-    y += t * dy;
+    path.linearise(Wr);
+    if (!path.factor() || !path.step(kappa)) return;
   }
 }
+
+template void interior_point(const ContactSystem<3>&, const InteriorPointOptions&, double, Budget&,
+                             Iterate<3>&);
+template void interior_point(const ContactSystem<6>&, const InteriorPointOptions&, double, Budget&,
+                             Iterate<6>&);
 
 }  // namespace perp

@@ -6,7 +6,10 @@
 
 namespace perp {
 bool has_ipopt() { return false; }
-void solve_by_ipopt(const ContactSystem&, double, Budget&, Iterate&) {}
+template <int R>
+void solve_by_ipopt(const ContactSystem<R>&, double, Budget&, Iterate<R>&) {}
+template void solve_by_ipopt(const ContactSystem<3>&, double, Budget&, Iterate<3>&);
+template void solve_by_ipopt(const ContactSystem<6>&, double, Budget&, Iterate<6>&);
 }  // namespace perp
 
 #else
@@ -25,30 +28,35 @@ using Ipopt::Number;
 
 constexpr double no_bound = 1e19;  // Ipopt reads beyond this as infinite
 
-/// The program of ipopt_stage.hpp. Variables: r (3n), u (3n), s (n), t. For an interval, u = s - s' with s' = s - u
-/// >= 0 in place of the friction rows: (mu + r) s <= t, (mu - r) s' <= t.
-/// Constraints: u - W r = q (3n), then eight rows a block: those of `rows()`.
+/// The program of ipopt_stage.hpp. Variables: r (R n), u (R n), s (groups n), t. Constraints: u - W r = q (R n), then for each block
+/// r_N u_N <= t and for each of its groups a product, the cone, and its rows of sliding.
+template <int R>
 class ContactProgram final : public Ipopt::TNLP {
  public:
-  ContactProgram(const ContactSystem& system, double start, Budget& budget)
+  ContactProgram(const ContactSystem<R>& system, double start, Budget& budget)
       : system_(system),
         start_(start),
         budget_(budget),
         W_(system.W->dense()),
         n_(system.n),
-        best_(Vector::Constant(7 * n_ + 1, not_set)) {
-    for (Index i = 0; i < 3 * n_; ++i)
-      for (Index j = 0; j < 3 * n_; ++j)
+        best_(Vector::Constant(t() + 1, not_set)) {
+    for (Index i = 0; i < R * n_; ++i)
+      for (Index j = 0; j < R * n_; ++j)
         if (W_(i, j) != 0) W_row_.push_back(i), W_col_.push_back(j);
   }
 
   Vector best() const { return best_; }
 
   bool get_nlp_info(Index& n, Index& m, Index& jacobian, Index& hessian, IndexStyleEnum& style) override {
-    n = 7 * n_ + 1;
-    m = 3 * n_ + rows_a_block * n_;
-    jacobian = static_cast<Index>(W_row_.size()) + 3 * n_ + entries_a_block * n_;
-    hessian = hessian_a_block * n_;
+    n = t() + 1;
+    m = R * n_ + rows_a_block * n_;
+    jacobian = static_cast<Index>(W_row_.size()) + R * n_;
+    hessian = 0;
+    for (Index i = 0; i < n_; ++i) {
+      jacobian += 3, hessian += 1;
+      for (const RowGroup& group : RowGroups<R>::all)
+        jacobian += 4 + 6 * group.size, hessian += 2 + 3 * group.size;
+    }
     style = C_STYLE;
     return true;
   }
@@ -58,42 +66,44 @@ class ContactProgram final : public Ipopt::TNLP {
     std::fill_n(lower, n, -no_bound);
     std::fill_n(upper, n, no_bound);
     for (Index i = 0; i < n_; ++i) {
-      const BlockKind kind = system_.kind[i];
-      const double mu = system_.mu[i];
-      const bool friction = has_friction(i);
-      for (Index k = 0; k < 3; ++k) lower[r(i, k)] = upper[r(i, k)] = 0;
-      if (kind == BlockKind::Interval) {
-        lower[r(i, 1)] = -mu, upper[r(i, 1)] = mu;
-      } else {
-        upper[r(i, 0)] = no_bound;
-        lower[u(i, 0)] = 0;
+      const Block<R>& block = system_.block[i];
+      lower[r(i, 0)] = 0;
+      upper[r(i, 0)] = block.contact ? no_bound : 0;
+      if (block.contact) lower[u(i, 0)] = 0;
+      for (Index k = 1; k < R; ++k)
+        if (!(block.axes(k) > 0)) lower[r(i, k)] = upper[r(i, k)] = 0;
+      for (Index g = 0; g < groups; ++g) {
+        lower[s(i, g)] = 0;
+        if (!block.has(RowGroups<R>::all[g])) upper[s(i, g)] = 0;
       }
-      if (friction) lower[r(i, 1)] = -no_bound, upper[r(i, 1)] = no_bound;
-      if (friction && kind == BlockKind::Cone) lower[r(i, 2)] = -no_bound, upper[r(i, 2)] = no_bound;
-      lower[s(i)] = 0;
-      if (!friction && kind != BlockKind::Interval) upper[s(i)] = 0;
-      // rows: two products <= t, cone <= 0, two of sliding = 0, s - u >= 0
-      Number *below = g_lower + row(i, 0), *above = g_upper + row(i, 0);
-      std::fill_n(below, rows_a_block, -no_bound);
-      std::fill_n(above, rows_a_block, 0.0);
-      below[3] = below[4] = 0;
-      if (kind == BlockKind::Interval) below[5] = 0, above[5] = no_bound;
+      std::fill_n(g_lower + row(i, 0), rows_a_block, -no_bound);  // products and cones <= 0
+      std::fill_n(g_upper + row(i, 0), rows_a_block, 0.0);
+      for (Index g = 0; g < groups; ++g)
+        for (Index k = 0; k < RowGroups<R>::all[g].size; ++k) {
+          if (block.axes(RowGroups<R>::all[g].first + k) > 0)
+            g_lower[row(i, sliding(g, k))] = 0;
+          else
+            g_upper[row(i, sliding(g, k))] = no_bound;  // 0 = 0: no equation
+        }
     }
     lower[t()] = 0;
-    for (Index i = 0; i < 3 * n_; ++i) g_lower[i] = g_upper[i] = system_.q(i % 3, i / 3);
+    for (Index i = 0; i < R * n_; ++i) g_lower[i] = g_upper[i] = system_.q(i % R, i / R);
     return true;
   }
 
   bool get_starting_point(Index n, bool, Number* x, bool, Number*, Number*, Index, bool, Number*) override {
     std::fill_n(x, n, 0.0);
-    Columns3 reaction = Columns3::Zero(3, n_), velocity;
+    Columns<R> reaction = Columns<R>::Zero(R, n_), velocity;
     for (Index i = 0; i < n_; ++i)
-      if (system_.kind[i] != BlockKind::Interval) reaction(0, i) = start_;
+      if (system_.block[i].contact) reaction(0, i) = start_;
     system_.W->apply(reaction, velocity);
     velocity += system_.q;
     for (Index i = 0; i < n_; ++i) {
-      for (Index k = 0; k < 3; ++k) x[r(i, k)] = reaction(k, i), x[u(i, k)] = velocity(k, i);
-      x[s(i)] = std::max(start_, velocity.col(i).tail<2>().norm());
+      for (Index k = 0; k < R; ++k) x[r(i, k)] = reaction(k, i), x[u(i, k)] = velocity(k, i);
+      for (Index g = 0; g < groups; ++g) {
+        const Terms term(system_.block[i], g, x + r(i, 0), x + u(i, 0));
+        x[s(i, g)] = std::max(start_, term.slip());
+      }
     }
     x[t()] = 1;
     return true;
@@ -109,30 +119,21 @@ class ContactProgram final : public Ipopt::TNLP {
     return true;
   }
 
-  bool eval_g(Index, const Number* x, bool, Index, Number* g) override {
-    const Eigen::Map<const Vector> reaction(x, 3 * n_), velocity(x + 3 * n_, 3 * n_);
-    Eigen::Map<Vector>(g, 3 * n_) = velocity;
-    for (size_t e = 0; e < W_row_.size(); ++e) g[W_row_[e]] -= W_(W_row_[e], W_col_[e]) * reaction(W_col_[e]);
+  bool eval_g(Index, const Number* x, bool, Index, Number* g_out) override {
+    const Eigen::Map<const Vector> reaction(x, R * n_), velocity(x + R * n_, R * n_);
+    Eigen::Map<Vector>(g_out, R * n_) = velocity;
+    for (size_t e = 0; e < W_row_.size(); ++e)
+      g_out[W_row_[e]] -= W_(W_row_[e], W_col_[e]) * reaction(W_col_[e]);
     for (Index i = 0; i < n_; ++i) {
-      const double mu = system_.mu[i], s_i = x[s(i)];
-      Number* out = g + row(i, 0);
-      if (system_.kind[i] == BlockKind::Interval) {
-        const double p = x[r(i, 1)], v = x[u(i, 1)];
-        out[0] = (mu + p) * s_i - x[t()];
-        out[1] = (mu - p) * (s_i - v) - x[t()];
-        out[2] = out[3] = out[4] = 0;
-        out[5] = s_i - v;
-        continue;
+      g_out[row(i, 0)] = (system_.block[i].contact ? x[r(i, 0)] * x[u(i, 0)] : 0) - x[t()];
+      for (Index g = 0; g < groups; ++g) {
+        const Terms term(system_.block[i], g, x + r(i, 0), x + u(i, 0));
+        const double s_g = x[s(i, g)];
+        g_out[row(i, product(g))] = s_g * term.room() - x[t()];
+        g_out[row(i, product(g) + 1)] = -term.room();
+        for (Index k = 0; k < RowGroups<R>::all[g].size; ++k)
+          g_out[row(i, sliding(g, k))] = term.size * term.A(k) * term.u(k) + s_g * term.c(k) * term.r(k);
       }
-      const Vector3 p = reaction.segment<3>(3 * i), v = velocity.segment<3>(3 * i);
-      const double room = mu * mu * p(0) * p(0) - p.tail<2>().squaredNorm();
-      const double friction = has_friction(i) ? 1 : 0;
-      out[0] = p(0) * v(0) - x[t()];
-      out[1] = friction * s_i * room - x[t()];
-      out[2] = -friction * room;
-      out[3] = friction * (mu * p(0) * v(1) + s_i * p(1));
-      out[4] = system_.kind[i] == BlockKind::Cone ? friction * (mu * p(0) * v(2) + s_i * p(2)) : 0;
-      out[5] = 0;
     }
     return true;
   }
@@ -148,45 +149,38 @@ class ContactProgram final : public Ipopt::TNLP {
       ++at;
     };
     for (size_t e = 0; e < W_row_.size(); ++e) put(W_row_[e], W_col_[e], -W_(W_row_[e], W_col_[e]));
-    for (Index i = 0; i < 3 * n_; ++i) put(i, 3 * n_ + i, 1);
+    for (Index i = 0; i < R * n_; ++i) put(i, R * n_ + i, 1);
+    const Vector zero = x == nullptr ? Vector(Vector::Zero(t() + 1)) : Vector();
+    if (x == nullptr) x = zero.data();
     for (Index i = 0; i < n_; ++i) {
-      const double mu = system_.mu[i];
-      const auto value = [&](Index j) { return x == nullptr ? 0 : x[j]; };
-      const double p_0 = value(r(i, 0)), p_1 = value(r(i, 1)), p_2 = value(r(i, 2)), s_i = value(s(i));
-      const double v_0 = value(u(i, 0)), v_1 = value(u(i, 1)), v_2 = value(u(i, 2));
-      const bool interval = system_.kind[i] == BlockKind::Interval;
-      const double on = has_friction(i) ? 1 : 0, on_2 = system_.kind[i] == BlockKind::Cone ? on : 0;
-      const double room = on * (mu * mu * p_0 * p_0 - p_1 * p_1 - p_2 * p_2);
-      put(row(i, 0), r(i, 0), interval ? 0 : v_0);
-      put(row(i, 0), u(i, 0), interval ? 0 : p_0);
-      put(row(i, 0), r(i, 1), interval ? s_i : 0);
-      put(row(i, 0), s(i), interval ? mu + p_1 : 0);
+      const double contact = system_.block[i].contact ? 1 : 0;
+      put(row(i, 0), r(i, 0), contact * x[u(i, 0)]);
+      put(row(i, 0), u(i, 0), contact * x[r(i, 0)]);
       put(row(i, 0), t(), -1);
-      put(row(i, 1), s(i), interval ? mu - p_1 : room);
-      put(row(i, 1), r(i, 0), interval ? 0 : on * 2 * s_i * mu * mu * p_0);
-      put(row(i, 1), r(i, 1), interval ? -(s_i - v_1) : -on * 2 * s_i * p_1);
-      put(row(i, 1), r(i, 2), interval ? 0 : -on * 2 * s_i * p_2);
-      put(row(i, 1), u(i, 1), interval ? -(mu - p_1) : 0);
-      put(row(i, 1), t(), -1);
-      put(row(i, 2), r(i, 0), -on * 2 * mu * mu * p_0);
-      put(row(i, 2), r(i, 1), on * 2 * p_1);
-      put(row(i, 2), r(i, 2), on * 2 * p_2);
-      put(row(i, 3), r(i, 0), on * mu * v_1);
-      put(row(i, 3), u(i, 1), on * mu * p_0);
-      put(row(i, 3), s(i), on * p_1);
-      put(row(i, 3), r(i, 1), on * s_i);
-      put(row(i, 4), r(i, 0), on_2 * mu * v_2);
-      put(row(i, 4), u(i, 2), on_2 * mu * p_0);
-      put(row(i, 4), s(i), on_2 * p_2);
-      put(row(i, 4), r(i, 2), on_2 * s_i);
-      put(row(i, 5), s(i), interval ? 1 : 0);
-      put(row(i, 5), u(i, 1), interval ? -1 : 0);
+      for (Index g = 0; g < groups; ++g) {
+        const RowGroup& group = RowGroups<R>::all[g];
+        const Terms term(system_.block[i], g, x + r(i, 0), x + u(i, 0));
+        const double s_g = x[s(i, g)], by_normal = contact * 2 * term.a * term.a * term.size;
+        put(row(i, product(g)), s(i, g), term.room());
+        put(row(i, product(g)), r(i, 0), s_g * by_normal);
+        put(row(i, product(g)), t(), -1);
+        put(row(i, product(g) + 1), r(i, 0), -by_normal);
+        for (Index k = 0; k < group.size; ++k) {
+          const double by_friction = -2 * term.c(k) * term.c(k) * term.r(k);
+          put(row(i, product(g)), r(i, group.first + k), s_g * by_friction);
+          put(row(i, product(g) + 1), r(i, group.first + k), -by_friction);
+          put(row(i, sliding(g, k)), r(i, 0), contact * term.A(k) * term.u(k));
+          put(row(i, sliding(g, k)), u(i, group.first + k), term.size * term.A(k));
+          put(row(i, sliding(g, k)), s(i, g), term.c(k) * term.r(k));
+          put(row(i, sliding(g, k)), r(i, group.first + k), s_g * term.c(k));
+        }
+      }
     }
     return true;
   }
 
-  bool eval_h(Index, const Number* x, bool, Number, Index, const Number* multiplier, bool, Index, Index* rows,
-              Index* cols, Number* values) override {
+  bool eval_h(Index, const Number* x, bool, Number, Index m, const Number* multiplier, bool, Index,
+              Index* rows, Index* cols, Number* values) override {
     Index at = 0;
     const auto put = [&](Index i, Index j, double value) {
       if (values == nullptr)
@@ -195,28 +189,25 @@ class ContactProgram final : public Ipopt::TNLP {
         values[at] = value;
       ++at;
     };
+    const Vector zero = values == nullptr ? Vector(Vector::Zero(std::max(t() + 1, m))) : Vector();
+    if (values == nullptr) x = multiplier = zero.data();
     for (Index i = 0; i < n_; ++i) {
-      double l[rows_a_block] = {};
-      Vector3 p = Vector3::Zero();
-      double s_i = 0;
-      if (values != nullptr) {
-        std::copy_n(multiplier + row(i, 0), rows_a_block, l);
-        p = Eigen::Map<const Vector3>(x + r(i, 0));
-        s_i = x[s(i)];
+      const double contact = system_.block[i].contact ? 1 : 0;
+      put(r(i, 0), u(i, 0), contact * multiplier[row(i, 0)]);
+      for (Index g = 0; g < groups; ++g) {
+        const RowGroup& group = RowGroups<R>::all[g];
+        const Terms term(system_.block[i], g, x + r(i, 0), x + u(i, 0));
+        const double l = multiplier[row(i, product(g))];
+        const double bend = 2 * (x[s(i, g)] * l - multiplier[row(i, product(g) + 1)]);
+        put(r(i, 0), r(i, 0), contact * bend * term.a * term.a);
+        put(s(i, g), r(i, 0), contact * 2 * term.a * term.a * term.size * l);
+        for (Index k = 0; k < group.size; ++k) {
+          const double slide = multiplier[row(i, sliding(g, k))], c2 = term.c(k) * term.c(k);
+          put(r(i, group.first + k), r(i, group.first + k), -bend * c2);
+          put(s(i, g), r(i, group.first + k), -2 * c2 * term.r(k) * l + term.c(k) * slide);
+          put(r(i, 0), u(i, group.first + k), contact * term.A(k) * slide);
+        }
       }
-      const double mu = system_.mu[i], mu2 = mu * mu;
-      const bool interval = system_.kind[i] == BlockKind::Interval;
-      const double on = has_friction(i) ? 1 : 0, on_2 = system_.kind[i] == BlockKind::Cone ? on : 0;
-      put(r(i, 0), u(i, 0), interval ? 0 : l[0]);
-      put(r(i, 0), r(i, 0), on * 2 * mu2 * (s_i * l[1] - l[2]));
-      put(r(i, 1), r(i, 1), on * -2 * (s_i * l[1] - l[2]));
-      put(r(i, 2), r(i, 2), on * -2 * (s_i * l[1] - l[2]));
-      put(s(i), r(i, 0), on * 2 * mu2 * p(0) * l[1]);
-      put(s(i), r(i, 1), interval ? l[0] - l[1] : on * (-2 * p(1) * l[1] + l[3]));
-      put(s(i), r(i, 2), on * -2 * p(2) * l[1] + on_2 * l[4]);
-      put(r(i, 0), u(i, 1), on * mu * l[3]);
-      put(r(i, 0), u(i, 2), on_2 * mu * l[4]);
-      put(r(i, 1), u(i, 1), interval ? l[1] : 0);
     }
     return true;
   }
@@ -235,18 +226,36 @@ class ContactProgram final : public Ipopt::TNLP {
   }
 
  private:
-  static constexpr Index rows_a_block = 6, entries_a_block = 24, hessian_a_block = 10;
+  static constexpr Index groups = static_cast<Index>(RowGroups<R>::all.size());
+  static constexpr Index rows_a_block = R + 2 * groups;
 
-  bool has_friction(Index i) const {
-    return (system_.kind[i] == BlockKind::Cone || system_.kind[i] == BlockKind::Planar) && system_.mu[i] > 0;
-  }
-  static Index r(Index i, Index k) { return 3 * i + k; }
-  Index u(Index i, Index k) const { return 3 * n_ + 3 * i + k; }
-  Index s(Index i) const { return 6 * n_ + i; }
-  Index t() const { return 7 * n_; }
-  Index row(Index i, Index k) const { return 3 * n_ + rows_a_block * i + k; }
+  /// A group's semi-axes A, the longest a, c = a/A (0 where A is), its r and u, and the size of its ellipsoid.
+  struct Terms {
+    Vector3 A, c = Vector3::Zero(), r, u;
+    double a, size;
 
-  const ContactSystem& system_;
+    Terms(const Block<R>& block, Index g, const Number* r_i, const Number* u_i)
+        : A(Block<R>::rows(block.axes, RowGroups<R>::all[g])),
+          r(Block<R>::rows(Eigen::Map<const Column<R> >(r_i), RowGroups<R>::all[g])),
+          u(Block<R>::rows(Eigen::Map<const Column<R> >(u_i), RowGroups<R>::all[g])),
+          a(A.maxCoeff()),
+          size(block.contact ? r_i[0] : 1) {
+      for (Index k = 0; k < 3; ++k)
+        if (A(k) > 0) c(k) = a / A(k);
+    }
+    double room() const { return a * a * size * size - c.cwiseProduct(r).squaredNorm(); }
+    double slip() const { return a > 0 ? A.cwiseProduct(u).norm() / a : 0; }
+  };
+
+  static Index r(Index i, Index k) { return R * i + k; }
+  Index u(Index i, Index k) const { return R * n_ + R * i + k; }
+  Index s(Index i, Index g) const { return 2 * R * n_ + groups * i + g; }
+  Index t() const { return (2 * R + groups) * n_; }
+  Index row(Index i, Index k) const { return R * n_ + rows_a_block * i + k; }
+  static Index product(Index g) { return RowGroups<R>::all[g].first + 2 * g; }  // the cone's row follows
+  static Index sliding(Index g, Index k) { return product(g) + 2 + k; }
+
+  const ContactSystem<R>& system_;
   double start_;
   Budget& budget_;
   Matrix W_;
@@ -259,15 +268,19 @@ class ContactProgram final : public Ipopt::TNLP {
 
 bool has_ipopt() { return true; }
 
-void solve_by_ipopt(const ContactSystem& system, double start, Budget& budget, Iterate& best) {
-  const Ipopt::SmartPtr<ContactProgram> program = new ContactProgram(system, start, budget);
+template <int R>
+void solve_by_ipopt(const ContactSystem<R>& system, double start, Budget& budget, Iterate<R>& best) {
+  const Ipopt::SmartPtr<ContactProgram<R> > program = new ContactProgram<R>(system, start, budget);
   run_ipopt(GetRawPtr(program), true);
-  Iterate point;
-  point.r = Eigen::Map<const Columns3>(program->best().data(), 3, system.n);
+  Iterate<R> point;
+  point.r = Eigen::Map<const Columns<R> >(program->best().data(), R, system.n);
   if (!point.r.allFinite()) return;
   evaluate(system, point);
   if (point.error < best.error) best = std::move(point);
 }
+
+template void solve_by_ipopt(const ContactSystem<3>&, double, Budget&, Iterate<3>&);
+template void solve_by_ipopt(const ContactSystem<6>&, double, Budget&, Iterate<6>&);
 
 }  // namespace perp
 

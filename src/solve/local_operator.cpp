@@ -4,7 +4,8 @@
 
 namespace perp {
 
-LocalOperator::LocalOperator(BlockPattern pattern, Blocks3 values)
+template <int R>
+LocalOperator<R>::LocalOperator(BlockPattern pattern, Squares<R> values)
     : pattern_(std::move(pattern)), values_(std::move(values)) {
   const int n = pattern_.size();
   for (int i = 0; i < n; ++i)
@@ -13,21 +14,27 @@ LocalOperator::LocalOperator(BlockPattern pattern, Blocks3 values)
   open_.resize(n);
 }
 
-const Matrix3& LocalOperator::diagonal(int i) const { return values_[diagonal_[i]]; }
+template <int R>
+const Square<R>& LocalOperator<R>::diagonal(int i) const {
+  return values_[diagonal_[i]];
+}
 
-Vector3 LocalOperator::row(int i, const Columns3& r) const {
-  Vector3 sum = Vector3::Zero();
+template <int R>
+Column<R> LocalOperator<R>::row(int i, const Columns<R>& r) const {
+  Column<R> sum = Column<R>::Zero();
   for (int e = pattern_.row_start[i]; e < pattern_.row_start[i + 1]; ++e)
     sum.noalias() += values_[e] * r.col(pattern_.column[e]);
   return sum;
 }
 
-void LocalOperator::apply(const Columns3& r, Columns3& Wr) const {
-  Wr.resize(3, r.cols());
+template <int R>
+void LocalOperator<R>::apply(const Columns<R>& r, Columns<R>& Wr) const {
+  Wr.resize(R, r.cols());
   for (int i = 0; i < pattern_.size(); ++i) Wr.col(i) = row(i, r);
 }
 
-bool LocalOperator::factor(const Blocks3& A, const Blocks3& B) {
+template <int R>
+bool LocalOperator<R>::factor(const Squares<R>& A, const Squares<R>& B) {
   if (!lu_.analyzed()) lu_.analyze(pattern_);
   A_ = A;
   B_ = B;
@@ -45,7 +52,7 @@ bool LocalOperator::factor(const Blocks3& A, const Blocks3& B) {
     for (int e = pattern_.row_start[i]; e < pattern_.row_start[i + 1]; ++e) {
       const auto at = e;
       if (open_[pattern_.column[at]]) continue;
-      Matrix3 value = B[i] * values_[at];
+      Square<R> value = B[i] * values_[at];
       if (pattern_.column[at] == static_cast<int>(i)) value += A[i];
       lu_.set(e, value);
     }
@@ -53,7 +60,8 @@ bool LocalOperator::factor(const Blocks3& A, const Blocks3& B) {
   return lu_.factor();
 }
 
-void LocalOperator::solve_once(const Columns3& y, Columns3& x) {
+template <int R>
+void LocalOperator<R>::solve_once(const Columns<R>& y, Columns<R>& x) {
   x = y;
   if (any_open_) {
     // an open block's unknown is A_i^-1 y_i; the others see it through their rows of W
@@ -61,7 +69,7 @@ void LocalOperator::solve_once(const Columns3& y, Columns3& x) {
       if (open_[i]) x.col(i) = A_[i].partialPivLu().solve(y.col(i));
     for (size_t i = 0; i < open_.size(); ++i) {
       if (open_[i]) continue;
-      Vector3 known = Vector3::Zero();
+      Column<R> known = Column<R>::Zero();
       for (int e = pattern_.row_start[i]; e < pattern_.row_start[i + 1]; ++e) {
         const int j = pattern_.column[e];
         if (open_[j]) known.noalias() += values_[e] * x.col(j);
@@ -72,17 +80,23 @@ void LocalOperator::solve_once(const Columns3& y, Columns3& x) {
   lu_.solve(x);
 }
 
-bool LocalOperator::solve(const Columns3& y, Columns3& x, Columns3& Wx) {
+template <int R>
+bool LocalOperator<R>::solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) {
   solve_once(y, x);
-  return refine(y, x, Wx, A_, B_, [this](const Columns3& rhs, Columns3& out) { solve_once(rhs, out); });
+  return this->refine(y, x, Wx, A_, B_,
+                      [this](const Columns<R>& rhs, Columns<R>& out) { solve_once(rhs, out); });
 }
 
-Matrix LocalOperator::dense() const {
-  Matrix W = Matrix::Zero(3 * pattern_.size(), 3 * pattern_.size());
+template <int R>
+Matrix LocalOperator<R>::dense() const {
+  Matrix W = Matrix::Zero(R * pattern_.size(), R * pattern_.size());
   for (int i = 0; i < pattern_.size(); ++i)
     for (int e = pattern_.row_start[i]; e < pattern_.row_start[i + 1]; ++e)
-      W.block<3, 3>(3 * i, 3 * pattern_.column[e]) = values_[e];
+      W.block<R, R>(R * i, R * pattern_.column[e]) = values_[e];
   return W;
 }
+
+template class LocalOperator<3>;
+template class LocalOperator<6>;
 
 }  // namespace perp

@@ -61,7 +61,7 @@ void project(const Piece& piece, BlockKind kind, double mu, const Vector3& z, Ve
     P = piece.ray * piece.ray.transpose();
     return;
   }
-  p = project_block(kind, mu, z);
+  p = project_block(disc_block(kind, mu), z);
   const double tangential = z.tail<2>().norm();
   if (tangential <= mu * z(0)) {
     P.diagonal().head(block_rows(kind)).setOnes();
@@ -82,6 +82,9 @@ std::optional<Vector> minimum_norm_reactions(const FrictionProblem& problem, con
                                              const Vector& r0, const Vector& u) {
   constexpr int most_iterations = 100, most_halvings = 30;
   const Eigen::Index m = r0.size();
+  for (Eigen::Index i = 0; i < problem.blocks(); ++i)
+    if (problem.mu_o.size() > 0 || block_rows(problem.kind(i)) > 3 || problem.kind(i) > BlockKind::Interval)
+      return std::nullopt;
   const std::vector<Eigen::Index> first = problem.offsets();
   const std::vector<Piece> pieces = modes(problem, r0, u);
   const Vector target = W * r0;

@@ -37,9 +37,26 @@ Partition read_partition(TextReader& reader, int n, int m) {
 
 }  // namespace
 
+bool is_plain_lcp(TextReader reader) {
+  double n = 0, count = 0;
+  try {
+    n = reader.integer("size of the LCP", 1, largest_size);
+    for (; !reader.at_end() && count <= n * n + n; ++count) reader.real("number");
+  } catch (const ParseError&) {
+    return false;
+  }
+  return count == n * n + n;
+}
+
 Lcp read_lcp(TextReader reader) {
+  const bool plain = is_plain_lcp(reader);
   const int n = reader.integer("size of the LCP", 0, largest_size);
   Lcp lcp;
+  if (plain) {
+    lcp.A = read_rows(reader, n, n, "entry of A");
+    lcp.b = reader.reals(n, "entry of b");
+    return lcp;
+  }
   lcp.A = Matrix(read_numerics_matrix(reader, n, n));
   lcp.b = reader.reals(n, "entry of b");
   return lcp;

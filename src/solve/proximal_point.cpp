@@ -7,27 +7,28 @@ namespace perp {
 namespace {
 
 /// W + alpha I, through W's own factorisations.
-class ShiftedOperator final : public DelassusOperator {
+template <int R>
+class ShiftedOperator final : public DelassusOperator<R> {
  public:
-  ShiftedOperator(DelassusOperator& W, double alpha, int n) : W_(W), alpha_(alpha) {
-    for (int i = 0; i < n; ++i) diagonal_.push_back(W.diagonal(i) + alpha * Matrix3::Identity());
+  ShiftedOperator(DelassusOperator<R>& W, double alpha, int n) : W_(W), alpha_(alpha) {
+    for (int i = 0; i < n; ++i) diagonal_.push_back(W.diagonal(i) + alpha * Square<R>::Identity());
   }
-  const Matrix3& diagonal(int i) const override { return diagonal_[i]; }
-  void apply(const Columns3& r, Columns3& Wr) const override {
+  const Square<R>& diagonal(int i) const override { return diagonal_[i]; }
+  void apply(const Columns<R>& r, Columns<R>& Wr) const override {
     W_.apply(r, Wr);
     Wr += alpha_ * r;
   }
-  bool factor(const Blocks3& A, const Blocks3& B) override {
-    Blocks3 shifted = A;
+  bool factor(const Squares<R>& A, const Squares<R>& B) override {
+    Squares<R> shifted = A;
     for (size_t i = 0; i < A.size(); ++i) shifted[i] += alpha_ * B[i];
     return W_.factor(shifted, B);
   }
-  bool solve(const Columns3& y, Columns3& x, Columns3& Wx) override {
+  bool solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) override {
     if (!W_.solve(y, x, Wx)) return false;
     Wx += alpha_ * x;
     return true;
   }
-  Vector3 row(int i, const Columns3& r) const override { return W_.row(i, r) + alpha_ * r.col(i); }
+  Column<R> row(int i, const Columns<R>& r) const override { return W_.row(i, r) + alpha_ * r.col(i); }
   Matrix dense() const override {
     Matrix W = W_.dense();
     W.diagonal().array() += alpha_;
@@ -35,36 +36,38 @@ class ShiftedOperator final : public DelassusOperator {
   }
 
  private:
-  DelassusOperator& W_;
+  DelassusOperator<R>& W_;
   double alpha_;
-  Blocks3 diagonal_;
+  Squares<R> diagonal_;
 };
 
 /// The problem with alpha (r - centre) added to u.
-ContactSystem shifted(const ContactSystem& system, double alpha, const Columns3& centre) {
-  ContactSystem result;
+template <int R>
+ContactSystem<R> shifted(const ContactSystem<R>& system, double alpha, const Columns<R>& centre) {
+  ContactSystem<R> result;
   result.n = system.n;
-  result.kind = system.kind;
-  result.mu = system.mu;
+  result.block = system.block;
+  result.layout = system.layout;
   result.s = system.s;
   result.sigma = system.sigma;
   result.q = system.q - alpha * centre;
-  result.W = std::make_unique<ShiftedOperator>(*system.W, alpha, system.n);
+  result.W = std::make_unique<ShiftedOperator<R>>(*system.W, alpha, system.n);
   return result;
 }
 
 }  // namespace
 
-void proximal_point(const ContactSystem& system, const ProximalOptions& options, double tolerance,
-                    Budget& budget, Iterate& best) {
+template <int R>
+void proximal_point(const ContactSystem<R>& system, const ProximalOptions& options, double tolerance,
+                    Budget& budget, Iterate<R>& best) {
   constexpr double enough = 0.1;               // of the inner error at its start: the step counts
   constexpr double shrink = 0.3, grow = 4;     // alpha after a step that counts; after one that does not
   constexpr double least = 1e-12, most = 100;  // alpha
   double alpha = options.alpha;
-  Iterate centre = best;
+  Iterate<R> centre = best;
   for (int k = 0; k < options.most && best.error > tolerance && !budget.spent(); ++k) {
-    const ContactSystem inner = shifted(system, alpha, centre.r);
-    Iterate point;
+    const ContactSystem<R> inner = shifted(system, alpha, centre.r);
+    Iterate<R> point;
     point.r = centre.r;
     evaluate(inner, point);
     const double before = point.error, goal = std::min(0.1 * tolerance, 0.01 * before);
@@ -90,5 +93,8 @@ void proximal_point(const ContactSystem& system, const ProximalOptions& options,
     }
   }
 }
+
+template void proximal_point(const ContactSystem<3>&, const ProximalOptions&, double, Budget&, Iterate<3>&);
+template void proximal_point(const ContactSystem<6>&, const ProximalOptions&, double, Budget&, Iterate<6>&);
 
 }  // namespace perp

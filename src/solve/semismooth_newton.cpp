@@ -12,12 +12,12 @@ constexpr size_t memory = 10;        // merits that the search may fall back on
 constexpr double sufficient = 1e-4;  // Armijo's fraction of the predicted decrease
 constexpr int most_halvings = 12;
 
-template <class Map, class Regularisation>
-void newton_on(Map& map, const Regularisation& regularisation, const ContactSystem& system, int most,
-               double tolerance, Budget& budget, Iterate& best) {
-  Blocks3 A(system.n), B(system.n);
-  Iterate point = best;
-  Columns3 minus_F, step, W_step, r, u;
+template <int R, class Map, class Regularisation>
+void newton_on(Map& map, const Regularisation& regularisation, const ContactSystem<R>& system, int most,
+               double tolerance, Budget& budget, Iterate<R>& best) {
+  Squares<R> A(system.n), B(system.n);
+  Iterate<R> point = best;
+  Columns<R> minus_F, step, W_step, r, u;
   std::array<double, memory> merits;
   double merit = map.evaluate(point.r, point.u);
   merits.fill(merit);
@@ -50,19 +50,23 @@ void newton_on(Map& map, const Regularisation& regularisation, const ContactSyst
 
 }  // namespace
 
-void newton(const ContactSystem& system, const NewtonOptions& options, double tolerance, Budget& budget,
-            Iterate& best) {
+template <int R>
+void newton(const ContactSystem<R>& system, const NewtonOptions& options, double tolerance, Budget& budget,
+            Iterate<R>& best) {
   if (options.fischer_burmeister) {
-    FischerBurmeisterMap map{system, {}, {}, {}};
+    FischerBurmeisterMap<R> map{system, {}, {}, {}};
     const auto eps = [](double error) { return 1e-2 * std::min(1.0, std::sqrt(error)); };
     newton_on(map, eps, system, options.most, tolerance, budget, best);
   } else {
-    AlartCurnierMap map{system, options.rho, {}, {}};
+    AlartCurnierMap<R> map{system, options.rho, {}, {}};
     const auto eps = [&](double error) {
       return std::min(1e-2, std::max(options.least_regularisation, options.regularisation * error));
     };
     newton_on(map, eps, system, options.most, tolerance, budget, best);
   }
 }
+
+template void newton(const ContactSystem<3>&, const NewtonOptions&, double, Budget&, Iterate<3>&);
+template void newton(const ContactSystem<6>&, const NewtonOptions&, double, Budget&, Iterate<6>&);
 
 }  // namespace perp

@@ -93,6 +93,15 @@ void TextReader::expect(std::string_view literal) {
   if (word(literal) != literal) reject("the word", "\"" + std::string(literal) + "\" is needed");
 }
 
+bool TextReader::next_is(std::string_view literal) {
+  skip_blanks();
+  const size_t end = at_ + literal.size();
+  if (text_.compare(at_, literal.size(), literal) != 0 || (end < text_.size() && !is_blank(text_[end])))
+    return false;
+  at_ = end;
+  return true;
+}
+
 std::string_view TextReader::rest_of_line() {
   token_ = at_;
   const size_t end = std::min(text_.find('\n', at_), text_.size());

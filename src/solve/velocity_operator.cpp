@@ -28,14 +28,17 @@ std::vector<std::vector<int>> bodies_of(const SparseMatrix& M, const SparseMatri
 
 }  // namespace
 
-bool VelocityOperator::suits(const FrictionProblem& global) {
+template <int R>
+bool VelocityOperator<R>::suits(const FrictionProblem& global) {
   if (!global.is_global() || global.G.cols() > 0) return false;
   const std::vector<std::vector<int>> bodies = bodies_of(global.M.to_sparse(), global.H.to_sparse());
   return static_cast<Eigen::Index>(bodies.size()) <= global.blocks() &&
          std::all_of(bodies.begin(), bodies.end(), [](const auto& rows) { return rows.size() <= 6; });
 }
 
-VelocityOperator::VelocityOperator(const FrictionProblem& global, const std::vector<BlockKind>& kind)
+template <int R>
+VelocityOperator<R>::VelocityOperator(const FrictionProblem& global,
+                                      const std::vector<const BlockLayout*>& layout)
     : contacts_(static_cast<int>(global.blocks())) {
   const SparseMatrix M = global.M.to_sparse(), H = global.H.to_sparse();
   const std::vector<std::vector<int>> rows = bodies_of(M, H);
@@ -67,7 +70,7 @@ VelocityOperator::VelocityOperator(const FrictionProblem& global, const std::vec
           arms_.push_back({i, b, Wrench::Zero()});
           arm = arms_.end() - 1;
         }
-        arm->H(slot[it.row()], c - offsets[i] + first_row(kind[i])) += it.value();
+        arm->H(slot[it.row()], layout[i]->place[c - offsets[i]]) += it.value();
       }
     arm_start_.push_back(static_cast<int>(arms_.size()));
   }
@@ -86,27 +89,31 @@ VelocityOperator::VelocityOperator(const FrictionProblem& global, const std::vec
   sum_.resize(pattern_.column.size());
 }
 
-void VelocityOperator::scale(const std::vector<double>& s) {
-  for (Arm& arm : arms_) arm.H *= s[arm.contact];
+template <int R>
+void VelocityOperator<R>::scale(const Columns<R>& s) {
+  for (Arm& arm : arms_) arm.H.array().rowwise() *= s.col(arm.contact).transpose().array();
   find_diagonal();
 }
 
-void VelocityOperator::find_diagonal() {
-  diagonal_.assign(contacts_, Matrix3::Zero());
+template <int R>
+void VelocityOperator<R>::find_diagonal() {
+  diagonal_.assign(contacts_, Square<R>::Zero());
   for (const Arm& arm : arms_)
     diagonal_[arm.contact].noalias() += arm.H.transpose() * (inverse_mass_[arm.body] * arm.H).eval();
 }
 
-void VelocityOperator::apply(const Columns3& r, Columns3& Wr) const {
+template <int R>
+void VelocityOperator<R>::apply(const Columns<R>& r, Columns<R>& Wr) const {
   v_.setZero(6, bodies_);
   for (const Arm& arm : arms_) v_.col(arm.body).noalias() += arm.H * r.col(arm.contact);
   for (int b = 0; b < bodies_; ++b) v_.col(b) = (inverse_mass_[b] * v_.col(b)).eval();
-  Wr.setZero(3, contacts_);
+  Wr.setZero(R, contacts_);
   for (const Arm& arm : arms_) Wr.col(arm.contact).noalias() += arm.H.transpose() * v_.col(arm.body);
 }
 
-Vector3 VelocityOperator::row(int i, const Columns3& r) const {
-  Vector3 u = Vector3::Zero();
+template <int R>
+Column<R> VelocityOperator<R>::row(int i, const Columns<R>& r) const {
+  Column<R> u = Column<R>::Zero();
   for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p) {
     Eigen::Matrix<double, 6, 1> load = Eigen::Matrix<double, 6, 1>::Zero();
     for (const int q : arms_of_body_[arms_[p].body]) load.noalias() += arms_[q].H * r.col(arms_[q].contact);
@@ -115,7 +122,8 @@ Vector3 VelocityOperator::row(int i, const Columns3& r) const {
   return u;
 }
 
-bool VelocityOperator::factor(const Blocks3& A, const Blocks3& B) {
+template <int R>
+bool VelocityOperator<R>::factor(const Squares<R>& A, const Squares<R>& B) {
   if (!lu_.analyzed()) lu_.analyze(pattern_);
   A_ = A;
   B_ = B;
@@ -127,7 +135,7 @@ bool VelocityOperator::factor(const Blocks3& A, const Blocks3& B) {
   for (int i = 0; i < contacts_; ++i) {
     const int begin = arm_start_[i], end = arm_start_[i + 1];
     A_inverse_[i] = A[i] + regularisation * B[i];
-    if (!invert<3>(A_inverse_[i])) return false;
+    if (!invert<R>(A_inverse_[i])) return false;
     D_[i].noalias() = A_inverse_[i] * B[i];
     if (D_[i].isZero(0)) {
       at += (end - begin) * (end - begin);
@@ -143,8 +151,9 @@ bool VelocityOperator::factor(const Blocks3& A, const Blocks3& B) {
   return lu_.factor();
 }
 
-void VelocityOperator::solve_once(const Columns3& y, Columns3& x) {
-  x.resize(3, contacts_);
+template <int R>
+void VelocityOperator<R>::solve_once(const Columns<R>& y, Columns<R>& x) {
+  x.resize(R, contacts_);
   for (int i = 0; i < contacts_; ++i) x.col(i).noalias() = A_inverse_[i] * y.col(i);
   v_.setZero(6, bodies_);
   for (const Arm& arm : arms_) v_.col(arm.body).noalias() += arm.H * x.col(arm.contact);
@@ -153,19 +162,25 @@ void VelocityOperator::solve_once(const Columns3& y, Columns3& x) {
     x.col(arm.contact).noalias() -= D_[arm.contact] * (arm.H.transpose() * v_.col(arm.body)).eval();
 }
 
-bool VelocityOperator::solve(const Columns3& y, Columns3& x, Columns3& Wx) {
+template <int R>
+bool VelocityOperator<R>::solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) {
   solve_once(y, x);
-  return refine(y, x, Wx, A_, B_, [this](const Columns3& rhs, Columns3& out) { solve_once(rhs, out); });
+  return this->refine(y, x, Wx, A_, B_,
+                      [this](const Columns<R>& rhs, Columns<R>& out) { solve_once(rhs, out); });
 }
 
-Matrix VelocityOperator::dense() const {
-  Matrix W = Matrix::Zero(3 * contacts_, 3 * contacts_);
+template <int R>
+Matrix VelocityOperator<R>::dense() const {
+  Matrix W = Matrix::Zero(R * contacts_, R * contacts_);
   for (const std::vector<int>& arms : arms_of_body_)
     for (const int p : arms)
       for (const int q : arms)
-        W.block<3, 3>(3 * arms_[p].contact, 3 * arms_[q].contact).noalias() +=
+        W.block<R, R>(R * arms_[p].contact, R * arms_[q].contact).noalias() +=
             arms_[p].H.transpose() * (inverse_mass_[arms_[p].body] * arms_[q].H).eval();
   return W;
 }
+
+template class VelocityOperator<3>;
+template class VelocityOperator<6>;
 
 }  // namespace perp

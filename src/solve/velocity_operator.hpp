@@ -10,22 +10,23 @@ namespace perp {
 ///   (M + H D Hᵀ) v = H A^-1 y,  x = A^-1 y - D Hᵀ v,  D = A^-1 B:
 /// one 6x6 block a body however many contacts it has. Where A is singular D does not exist, so A + delta B stands
 /// in its place (W + delta I in W's), and the answer is refined against A itself.
-class VelocityOperator final : public DelassusOperator {
+template <int R>
+class VelocityOperator final : public DelassusOperator<R> {
  public:
   using Block6 = Eigen::Matrix<double, 6, 6>;
-  using Wrench = Eigen::Matrix<double, 6, 3>;  ///< of one block on one body
+  using Wrench = Eigen::Matrix<double, 6, R>;  ///< of one block on one body
 
   /// Whether the problem has this form (no bilateral rows, M of small blocks) and gains by it: no more bodies than
   /// contacts.
   static bool suits(const FrictionProblem& global);
-  VelocityOperator(const FrictionProblem& global, const std::vector<BlockKind>& kind);
-  void scale(const std::vector<double>& s);  ///< multiplies the columns of H, block by block
+  VelocityOperator(const FrictionProblem& global, const std::vector<const BlockLayout*>& layout);
+  void scale(const Columns<R>& s);  ///< multiplies the columns of H, row by row
 
-  const Matrix3& diagonal(int i) const override { return diagonal_[i]; }
-  void apply(const Columns3& r, Columns3& Wr) const override;
-  bool factor(const Blocks3& A, const Blocks3& B) override;
-  bool solve(const Columns3& y, Columns3& x, Columns3& Wx) override;
-  Vector3 row(int i, const Columns3& r) const override;
+  const Square<R>& diagonal(int i) const override { return diagonal_[i]; }
+  void apply(const Columns<R>& r, Columns<R>& Wr) const override;
+  bool factor(const Squares<R>& A, const Squares<R>& B) override;
+  bool solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) override;
+  Column<R> row(int i, const Columns<R>& r) const override;
   Matrix dense() const override;
 
  private:
@@ -34,19 +35,19 @@ class VelocityOperator final : public DelassusOperator {
     Wrench H;
   };
   void find_diagonal();
-  void solve_once(const Columns3& y, Columns3& x);
+  void solve_once(const Columns<R>& y, Columns<R>& x);
 
   int contacts_, bodies_;
   std::vector<Block6> mass_, inverse_mass_;
   std::vector<Arm> arms_;       // by contact
   std::vector<int> arm_start_;  // (contacts + 1)
   std::vector<std::vector<int>> arms_of_body_;
-  Blocks3 diagonal_;
+  Squares<R> diagonal_;
   BlockPattern pattern_;
   std::vector<int> place_;  // in the pattern, of each pair of arms of a contact, in order
   BlockLu<6> lu_;
   std::vector<Block6> sum_;  // the pattern's blocks
-  Blocks3 A_, B_, A_inverse_, D_;
+  Squares<R> A_, B_, A_inverse_, D_;
   mutable BlockLu<6>::Columns v_;
 };
 

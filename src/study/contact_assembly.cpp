@@ -74,9 +74,16 @@ FrictionProblem ContactAssembly::problem() const {
     before.segment<6>(6 * i) << body.v, body.w;
     problem.f.segment<6>(6 * i) << body.mass * body.v + h_ * body.force, body.inertia * body.w;
   }
-  problem.w = Vector::Zero(3 * nc);
+  const BlockKind kind = has_torsion_ && has_rolling_ ? BlockKind::TorsionalRolling
+                         : has_torsion_               ? BlockKind::Torsional
+                         : has_rolling_               ? BlockKind::Rolling
+                                                      : BlockKind::Cone;
+  const int rows = block_rows(kind);
+  problem.w = Vector::Zero(rows * nc);
   problem.mu.resize(nc);
-  problem.kinds.assign(contacts_.size(), BlockKind::Cone);
+  if (has_torsion_) problem.torsion.resize(nc);
+  if (has_rolling_) problem.rolling.resize(nc);
+  problem.kinds.assign(contacts_.size(), kind);
   for (int c = 0; c < nc; ++c) {
     const Contact& contact = contacts_[c];
     const Vector3 helper = std::abs(contact.normal.x()) < 0.7 ? Vector3::UnitX() : Vector3::UnitY();
@@ -89,23 +96,30 @@ FrictionProblem ContactAssembly::problem() const {
       for (int k = 0; k < 3; ++k) {
         const Vector3 moment = arm.cross(axes.col(k));
         for (int l = 0; l < 3; ++l) {
-          wrench.emplace_back(6 * body + l, 3 * c + k, sign * axes(l, k));
-          wrench.emplace_back(6 * body + 3 + l, 3 * c + k, sign * moment(l));
+          wrench.emplace_back(6 * body + l, rows * c + k, sign * axes(l, k));
+          wrench.emplace_back(6 * body + 3 + l, rows * c + k, sign * moment(l));
         }
       }
+      const int first_axis = has_torsion_ ? 0 : 1,
+                after_axis = has_rolling_ ? 3 : 1;  // moments: about n, then t, o
+      for (int k = first_axis; k < after_axis; ++k)
+        for (int l = 0; l < 3; ++l)
+          wrench.emplace_back(6 * body + 3 + l, rows * c + 3 + k - first_axis, sign * axes(l, k));
     }
+    if (has_torsion_) problem.torsion(c) = contact.torsion;
+    if (has_rolling_) problem.rolling(c) = contact.rolling;
     problem.mu(c) = contact.mu;
   }
-  SparseMatrix M(n, n), H(n, 3 * nc);
+  SparseMatrix M(n, n), H(n, rows * nc);
   M.setFromTriplets(mass.begin(), mass.end());
   H.setFromTriplets(wrench.begin(), wrench.end());
   H.prune(0.0);
   const Vector u_before = H.transpose() * before;
   for (int c = 0; c < nc; ++c) {
     const Contact& contact = contacts_[c];
-    for (int k = 0; k < 3; ++k) problem.w(3 * c + k) = -axes_of[c].col(k).dot(contact.wall);
-    problem.w(3 * c) += contact.gap / h_;
-    if (contact.gap == 0) problem.w(3 * c) += contact.e * std::min(0.0, u_before(3 * c));
+    for (int k = 0; k < 3; ++k) problem.w(rows * c + k) = -axes_of[c].col(k).dot(contact.wall);
+    problem.w(rows * c) += contact.gap / h_;
+    if (contact.gap == 0) problem.w(rows * c) += contact.e * std::min(0.0, u_before(rows * c));
   }
   problem.M = M;
   problem.H = H;

@@ -43,6 +43,10 @@ class ContactAssembly {
   /// the approach speed where the gap is closed.
   void add_contact(int a, int b, const Vector3& point, const Vector3& normal, double mu, double gap = 0,
                    double e = 0);
+  /// Bounds of contact's moments over its normal reaction [m]. If any contact was given `torsion` (`rolling`), all have the rows.
+  void set_torsion(int contact, double torsion) { contacts_[contact].torsion = torsion, has_torsion_ = true; }
+  void set_rolling(int contact, double rolling) { contacts_[contact].rolling = rolling, has_rolling_ = true; }
+  void set_mu(int contact, double mu) { contacts_[contact].mu = mu; }
   /// Lets the first side of a contact move with `velocity` (a wall on its own course).
   void move(int contact, const Vector3& velocity) { contacts_[contact].wall = velocity; }
 
@@ -63,8 +67,10 @@ class ContactAssembly {
     Vector3 point, normal;
     double mu, gap, e;
     Vector3 wall = Vector3::Zero();
+    double torsion = 0, rolling = 0;
   };
   double h_;
+  bool has_torsion_ = false, has_rolling_ = false;
   std::vector<Body> bodies_;
   std::vector<Contact> contacts_;
 };

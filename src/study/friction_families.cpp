@@ -32,7 +32,7 @@ void add_patch(ContactAssembly& assembly, int a, int b, double x0, double x1, do
     for (const double y : {y0, y1}) assembly.add_contact(a, b, {x, y, z}, Vector3::UnitZ(), mu, 0, e);
 }
 
-FrictionProblem box(Random& random, int side) {
+ContactAssembly box(Random& random, int side) {
   ContactAssembly assembly(random.decades(-4, -1.5));
   const double size = random.decades(-1.5, 0.5);
   const Vector3 sides =
@@ -51,10 +51,10 @@ FrictionProblem box(Random& random, int side) {
     const double speed = random.decades(-3, 1);
     assembly.set_velocity(body, random.vector(speed), random.vector(speed / size));
   }
-  return assembly.problem();
+  return assembly;
 }
 
-FrictionProblem stack(Random& random, bool large) {
+ContactAssembly stack(Random& random, bool large) {
   ContactAssembly assembly(random.decades(-3.5, -2));
   const int count = large ? random.integer(26, 40) : random.integer(2, 20);
   const double ratio = random.decades(0, 6), side = random.decades(-1, 0);
@@ -78,7 +78,7 @@ FrictionProblem stack(Random& random, bool large) {
     z += height;
   }
   assembly.gravity({0, 0, -g});
-  return assembly.problem();
+  return assembly;
 }
 
 FrictionProblem wall(Random& random, bool large) {
@@ -146,7 +146,7 @@ FrictionProblem kapla(Random& random, bool large) {
   return assembly.problem();
 }
 
-FrictionProblem spheres(Random& random, bool large) {
+ContactAssembly spheres(Random& random, bool large) {
   ContactAssembly assembly(random.decades(-3.5, -2));
   const int side = large ? random.integer(4, 5) : random.integer(2, 3);
   const int layers = large ? random.integer(3, 5) : random.integer(1, 4);
@@ -181,7 +181,7 @@ FrictionProblem spheres(Random& random, bool large) {
       }
   }
   assembly.gravity({0, 0, -g});
-  return assembly.problem();
+  return assembly;
 }
 
 /// A peg along z between four walls, `rings` rings of four contacts.
@@ -292,11 +292,34 @@ FrictionProblem painleve(Random& random, bool large) {
   return assembly.problem();
 }
 
+/// Piles of spheres, stacks or a box with moments at their contacts: over the normal reaction 10^-3 to 1 of a length of the bodies, at one in
+/// ten contacts none, in half of the problems the same at all.
+FrictionProblem with_moments(Random& random, bool large, bool torsion, bool rolling) {
+  const double which = random.uniform(0, 1);
+  constexpr int most = 300;  // contacts
+  ContactAssembly assembly(0);
+  do {
+    assembly = which < 0.6 ? spheres(random, large) : which < 0.9 ? stack(random, large) : box(random, 2);
+  } while (assembly.contacts() > most);
+  const double length =
+      assembly.position(0).z();  // of the first body over the floor: its radius, or half its height
+  const bool alike = random.chance(0.5);
+  const auto draw = [&] { return random.chance(0.1) ? 0 : length * random.decades(-3, 0); };
+  const double torsion_of_all = draw(), rolling_of_all = draw();
+  for (int c = 0; c < assembly.contacts(); ++c) {
+    if (torsion) assembly.set_torsion(c, alike ? torsion_of_all : draw());
+    if (rolling) assembly.set_rolling(c, alike ? rolling_of_all : draw());
+    if (random.chance(0.05)) assembly.set_mu(c, 0);
+  }
+  return assembly.problem();
+}
+
 }  // namespace
 
 const std::vector<std::string>& friction_families() {
-  static const std::vector<std::string> names{"box4",    "box16", "stack", "wall",     "kapla",
-                                              "spheres", "peg",   "wedge", "painleve", "infeasible-peg"};
+  static const std::vector<std::string> names{"box4",    "box16",   "stack", "wall",     "kapla",
+                                              "spheres", "peg",     "wedge", "painleve", "infeasible-peg",
+                                              "torsion", "rolling", "twist"};
   return names;
 }
 
@@ -307,16 +330,19 @@ FrictionProblem friction_family(std::string_view family, std::uint64_t seed, int
                static_cast<std::uint64_t>(index));
   Random random(seeds.bits());
   const bool large = index % 3 == 2;
-  if (family == "box4") return box(random, 2);
-  if (family == "box16") return box(random, 4);
-  if (family == "stack") return stack(random, large);
+  if (family == "box4") return box(random, 2).problem();
+  if (family == "box16") return box(random, 4).problem();
+  if (family == "stack") return stack(random, large).problem();
   if (family == "wall") return wall(random, large);
   if (family == "kapla") return kapla(random, large);
-  if (family == "spheres") return spheres(random, large);
+  if (family == "spheres") return spheres(random, large).problem();
   if (family == "peg") return peg(random, large);
   if (family == "wedge") return wedge(random, large);
   if (family == "painleve") return painleve(random, large);
   if (family == "infeasible-peg") return infeasible_peg(random, large);
+  if (family == "torsion") return with_moments(random, large, true, false);
+  if (family == "rolling") return with_moments(random, large, false, true);
+  if (family == "twist") return with_moments(random, large, true, true);
   std::string known;
   for (const std::string& name : names) known += " " + name;
   refuse("friction_family", "family", family, "one of" + known + " is needed");

@@ -69,9 +69,9 @@ Vector solve_by(FrictionMethod method, const FrictionProblem& problem, std::stri
 
 /// Alart-Curnier Newton as the literature has it: no regularisation, from zero.
 Vector plain_newton(const FrictionProblem& problem) {
-  const ContactSystem system = contact_system(to_local(problem));
-  Iterate best;
-  best.r = Columns3::Zero(3, system.n);
+  const ContactSystem<3> system = contact_system<3>(to_local(problem));
+  Iterate<3> best;
+  best.r = Columns<3>::Zero(3, system.n);
   evaluate(system, best);
   Budget budget;
   newton(system, {.most = 200, .regularisation = 0, .least_regularisation = 0}, 1e-10, budget, best);
@@ -106,9 +106,9 @@ std::vector<Solver> solvers() {
 
 /// The problem with q changed by `share` of |q| along W rho, both in the scaled problem, rho random.
 FrictionProblem changed(FrictionProblem global, double share, unsigned seed) {
-  const ContactSystem system = contact_system(global, MassResponse(global));
+  const ContactSystem<3> system = contact_system<3>(global, MassResponse(global));
   std::mt19937_64 engine(seed);
-  Columns3 rho(3, system.n), change;
+  Columns<3> rho(3, system.n), change;
   for (double& x : rho.reshaped()) x = 2 * static_cast<double>(engine() >> 11) * 0x1p-53 - 1;
   system.W->apply(rho, change);
   rho *= share * system.q.norm() / change.norm();

@@ -56,6 +56,47 @@ TEST_CASE("a problem written as FCLIB reads back to the same bits", "[friction][
   std::remove(path.c_str());
 }
 
+TEST_CASE("a problem with moments reads back to the same bits from either format", "[friction][io]") {
+  for (const int rows : {3, 4, 5, 6})
+    for (const bool fclib : {false, true}) {
+      if (fclib && !has_hdf5()) continue;
+      const std::string path = scratch(fclib ? "moments.hdf5" : "moments.dat");
+      Draw draw(static_cast<unsigned>(rows));
+      FrictionProblem problem;
+      problem.W = draw.matrix(2 * rows, 2 * rows);
+      problem.q = draw.matrix(2 * rows, 1);
+      problem.mu = Eigen::Vector2d(0.3, 0.4);
+      problem.mu_o = Eigen::Vector2d(0.1, 0.2);
+      if (rows == 4 || rows == 6) problem.torsion = Eigen::Vector2d(0.01, 0.02);
+      if (rows >= 5) problem.rolling = Eigen::Vector2d(0.03, 0);
+      fclib ? write_fclib(problem, path) : write_friction_text(problem, path);
+      const FrictionProblem back = read_friction_problem(path);
+      check_same(problem, back);
+      CAPTURE(rows, fclib);
+      CHECK(back.kind(0) == problem.kind(0));
+      CHECK(back.mu_o == problem.mu_o);
+      CHECK(back.torsion == problem.torsion);
+      CHECK(back.rolling == problem.rolling);
+      std::remove(path.c_str());
+    }
+}
+
+TEST_CASE("planar contacts that roll have a place in FCLIB's layout alone", "[friction][io]") {
+  const std::string path = scratch("wheel.hdf5");
+  FrictionProblem wheel;
+  wheel.W = Matrix::Identity(3, 3);
+  wheel.q = Vector3(-1, 0.2, 3);
+  wheel.mu = wheel.rolling = Vector::Constant(1, 0.5);
+  wheel.kinds = {BlockKind::PlanarRolling};
+  CHECK_THROWS_WITH(write_friction_text(wheel, scratch("never.dat")), Contains("rolling"));
+  if (!has_hdf5()) return;
+  write_fclib(wheel, path);
+  const FrictionProblem back = read_friction_problem(path);
+  CHECK(back.kind(0) == BlockKind::PlanarRolling);
+  CHECK(back.rolling == wheel.rolling);
+  std::remove(path.c_str());
+}
+
 TEST_CASE("a planar problem in dense storage is read column by column", "[friction][io]") {
   const FrictionProblem p = from_text("2 1\n0\n2 2\n2 2\n1 2\n3 4\n-1 0.5\n0.3\nwords that follow");
   CHECK(p.kind(0) == BlockKind::Planar);
@@ -66,12 +107,16 @@ TEST_CASE("a planar problem in dense storage is read column by column", "[fricti
 }
 
 TEST_CASE("what is wrong in a file is told with its place", "[friction][io]") {
-  CHECK_THROWS_WITH(from_text("4 1\n"), Contains("made.dat:1:1"));
+  CHECK_THROWS_WITH(from_text("7 1\n"), Contains("made.dat:1:1"));
   CHECK_THROWS_WITH(from_text("3 1\n0\n2 2\n2 2\n1 0\n0 1\n0 0\n1\n"),
                     Contains("made.dat:") && Contains("3 rows"));
   CHECK_THROWS_WITH(from_text("2 1\n0\n2 2\n2 2\n1 0\n0 1\n0 0\n-1\n"),
                     Contains("made.dat:8:1") && Contains("mu of contact 0"));
   CHECK_THROWS_WITH(from_text("2 1\n0\n2 2\n2 2\n1 0\n0 1\n0\n"), Contains("made.dat:"));
+  CHECK_THROWS_WITH(from_text("4 1\n0 4 4 4 4\n1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n0 0 0 1\n0.5 -2\n"),
+                    Contains("made.dat:5:5") && Contains("torsion of contact 0"));
+  CHECK_THROWS_WITH(from_text("4 1\n0 4 4 4 4\n1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n0 0 0 1\n0.5\n"),
+                    Contains("torsion of contact 0") && Contains("missing at the end"));
 }
 
 TEST_CASE("a damaged FCLIB file is told by name", "[friction][io]") {

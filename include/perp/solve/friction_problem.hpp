@@ -35,12 +35,19 @@ class FrictionMatrix {
   SparseMatrix sparse_;
 };
 
-/// The admissible reactions of one block; its rows stand together, normal first.
+/// The admissible reactions of one block; its rows stand together, in the order named. Torsion is a moment about the normal, rolling
+/// one about the two tangents, with the angular velocities of the second body relative to the first as their velocities.
 enum class BlockKind {
-  HalfLine,  ///< 1 row: 0 <= r ⟂ u >= 0, a contact without friction
-  Planar,    ///< 2 rows (N, T): Coulomb friction in the plane, |r_T| <= mu r_N
-  Cone,      ///< 3 rows (N, T1, T2): Coulomb friction with the circular cone
-  Interval,  ///< 1 row: |r| <= mu, u = 0 inside, u <= 0 at r = mu, u >= 0 at r = -mu: dry joint friction
+  HalfLine,       ///< 1 row: 0 <= r ⟂ u >= 0, a contact without friction
+  Planar,         ///< 2 rows (N, T): Coulomb friction in the plane, |r_T| <= mu r_N
+  Cone,           ///< 3 rows (N, T1, T2): Coulomb friction, |r_T| <= mu r_N, or with mu_o the elliptic cone
+  Interval,       ///< 1 row: |r| <= mu, u = 0 inside, u <= 0 at r = mu, u >= 0 at r = -mu: dry joint friction
+  PlanarRolling,  ///< 3 rows (N, T, rolling): and |m| <= rolling r_N
+  Torsional,      ///< 4 rows (N, T1, T2, torsion): |r_T|²/mu² + tau²/torsion² <= r_N²
+  Rolling,        ///< 5 rows (N, T1, T2, rolling 1, 2): |r_T| <= mu r_N and |m| <= rolling r_N
+  TorsionalRolling,  ///< 6 rows (N, T1, T2, torsion, rolling 1, 2): as Torsional, and |m| <= rolling r_N
+  Disc,              ///< 2 rows: |r| <= mu, dry friction that resists in any direction of a plane
+  Ball,              ///< 3 rows: |r| <= mu, dry friction of a ball joint
 };
 
 /// Rows that a block of the kind has.
@@ -49,10 +56,13 @@ int block_rows(BlockKind kind);
 /// Find reactions r (impulses or forces) and relative velocities u with
 ///   u = W r + q                                       local form                             (1)
 ///   M v = H r + G lambda + f,  Gᵀ v + b = 0,  u = Hᵀ v + w    global form                    (2)
-///   K_i ∋ r_i ⟂ u_i + mu_i |u_T,i| e_N ∈ K_i*          for every block i                      (3)
-/// with K_i = {|r_T| <= mu_i r_N} and its dual cone K_i* (for an interval: -u_i in its normal cone at r_i).
-/// (3) is Signorini's condition 0 <= u_N ⟂ r_N >= 0 with Coulomb's law r_T = -mu r_N u_T/|u_T| while sliding
-/// [DSF98]. u is velocity of the second body minus the first's; r acts on the second body.
+///   K_i ∋ r_i ⟂ u_i + (|A_i u_i| + |B_i u_i|) e_N ∈ K_i*      for every block i              (3)
+/// with K_i = {r : |A_i^-1 r| <= r_N, |B_i^-1 r| <= r_N} and its dual cone K_i*: A_i = diag(mu, mu_o, torsion) are the semi-axes of
+/// sliding with torsion, B_i = diag(rolling, rolling) those of rolling, as far as the kind has the rows (for a bound of
+/// constant size: -u_i in its normal cone at r_i). For the circular cone (3) is Signorini's condition 0 <= u_N ⟂ r_N >= 0 with
+/// Coulomb's law r_T = -mu r_N u_T/|u_T| while sliding [DSF98]; for the others it is Signorini's with maximum dissipation, the
+/// friction r_A = -r_N A² u_A/|A u_A| while A u_A is not zero. u is velocity of the second body minus the first's; r acts on
+/// the second body.
 /// Sizes: n degrees of freedom, m rows over all blocks, k bilateral rows. Any consistent units.
 struct FrictionProblem {
   FrictionMatrix W;  ///< (m, m), may be singular, indefinite or unsymmetric
@@ -65,10 +75,14 @@ struct FrictionProblem {
   Vector w;          ///< (m) [unit of u]
   Vector b;          ///< (k) or empty
 
+  Vector mu;  ///< (blocks) coefficient [-] >= 0; a constant bound [unit of r]; not read for a half line
   Vector
-      mu;  ///< (blocks) coefficient [-] >= 0; the bound of an interval [unit of r]; not read for a half line
+      mu_o{};  ///< (blocks) coefficient along T2 [-] >= 0 where another than mu holds there, or empty: the same
+  Vector torsion{};  ///< (blocks), or empty where no block has the row: semi-axis of torsion [length] >= 0
+  Vector
+      rolling{};  ///< (blocks), or empty where no block has the rows: bound of rolling over r_N [length] >= 0
 
-  /// (blocks), or empty: then all blocks are alike, cones, planar contacts or half lines by m / blocks = 3, 2, 1.
+  /// (blocks), or empty: then all blocks are alike, by m / blocks: 1 half lines, 2 planar, 3 cones, 4 torsional, 5 rolling, 6 both.
   std::vector<BlockKind> kinds;
 
   bool is_global() const { return M.rows() > 0; }

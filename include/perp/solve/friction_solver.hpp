@@ -36,7 +36,7 @@ enum class FrictionMethod { Chain, Newton, InteriorPoint, Proximal, GaussSeidel,
 
 enum class Reactions {
   Any,          ///< those that the solver comes to; not unique if contacts are redundant
-  MinimumNorm,  ///< among the reactions with the same velocity and modes, those of least Euclidean norm
+  MinimumNorm,  ///< among the reactions with the same velocity and modes, those of least Euclidean norm; not of blocks with moments or mu_o
 };
 
 struct FrictionOptions {
@@ -62,7 +62,7 @@ struct FrictionSolution {
   int iterations = 0;          ///< Newton and interior-point iterations, sweeps, Ipopt's iterations, in all
   FrictionExistence existence = FrictionExistence::Unknown;
   /// (m) if NoSolution: y >= 0 on normal rows, 0 elsewhere, Wᵀ y = 0, qᵀ y < 0. If BestFound and a solution exists: u in
-  /// the range of Hᵀ, plus w (local form: of W, plus q), with u_N > mu |u_T| at every contact [ACLM11].
+  /// the range of Hᵀ, plus w (local form: of W, plus q), with u_N > |A u| + |B u| at every contact [ACLM11].
   Vector certificate;
   bool solved() const { return status == FrictionStatus::Solved; }
 };

@@ -36,6 +36,7 @@ class TextReader {
   double real(std::string_view what);                                           ///< finite
   Vector reals(int n, std::string_view what);                                   ///< (n)
   void expect(std::string_view literal);                                        ///< exactly this token
+  bool next_is(std::string_view literal);  ///< takes the next token if it is exactly this one
   std::string_view rest_of_line();  ///< what stands before the next line end, which is passed; may be empty
 
   bool at_end();  ///< nothing but blanks is left

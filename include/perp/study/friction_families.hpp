@@ -19,6 +19,9 @@ namespace perp {
 ///   peg              a peg in a hole that touches on all sides, pushed and tilted; jams at high friction
 ///   wedge            blocks in a V-shaped groove on top of each other, driven in
 ///   painleve         rods on a rough plane with mu past the paradox's threshold, some leaning on the next
+///   torsion          spheres, stack or box4 with torsion at every contact (4 rows)
+///   rolling          likewise with rolling (5 rows)
+///   twist            with both (6 rows)
 ///   infeasible-peg   a peg whose hole closes: no velocity keeps out of both sides
 /// Parameters and ranges stand in doc/contact-problems.md.
 const std::vector<std::string>& friction_families();
