@@ -15,7 +15,7 @@ void add_generate_command(CLI::App& perp, int& status) {
   struct Arguments {
     std::string family, out, format = "text";
     std::uint64_t seed = 0;
-    int count = 0;
+    int count = 0, contacts = 300;
   };
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = perp.add_subcommand("generate", "Write contact problems of a family, one file each");
@@ -30,6 +30,12 @@ void add_generate_command(CLI::App& perp, int& status) {
       ->required()
       ->transform(whole_number())
       ->check(CLI::Range(1, 1000000));
+  command
+      ->add_option("--contacts", arguments->contacts,
+                   "Of torsion, rolling and twist: at most so many a problem")
+      ->transform(whole_number())
+      ->check(CLI::Range(4, 300))
+      ->capture_default_str();
   command->add_option("--out", arguments->out, "Folder to write into")->required()->check(some_text());
   command->add_option("--format", arguments->format, "text or fclib")
       ->check(CLI::IsMember({"text", "fclib"}));
@@ -43,7 +49,7 @@ void add_generate_command(CLI::App& perp, int& status) {
       const std::string name = a.family + "-" + std::to_string(a.seed) + "-" +
                                std::string(digits - number.size(), '0') + number + (text ? ".dat" : ".hdf5");
       const std::string path = (std::filesystem::path(a.out) / name).string();
-      (text ? write_friction_text : write_fclib)(friction_family(a.family, a.seed, i), path);
+      (text ? write_friction_text : write_fclib)(friction_family(a.family, a.seed, i, a.contacts), path);
     }
     status = Done;
   });

@@ -1,5 +1,6 @@
 #include "perp/study/friction_families.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <Eigen/Dense>
 
@@ -22,7 +23,7 @@ TEST_CASE("a third of a family's members have more than a hundred contacts where
   }
 }
 
-TEST_CASE("the chain solves all of 45 members, and proves the infeasible ones to be so", "[families]") {
+TEST_CASE("the chain solves all of 60 members, and proves the infeasible ones to be so", "[families]") {
   for (const std::string& family : friction_families())
     for (int index = 0; index < 5; ++index) {
       const FrictionProblem problem = friction_family(family, 2024, index);
@@ -50,6 +51,35 @@ TEST_CASE("Newton's method alone solves nearly all of 40 towers and wedges in 60
   for (const char* family : {"kapla", "wedge"})
     for (int i = 0; i < 20; ++i) solved += solve_friction(friction_family(family, 3, i), options).solved();
   CHECK(solved >= 38);
+}
+
+TEST_CASE("contacts with moments have their rows, and a problem as many contacts as asked for at most",
+          "[families]") {
+  int many = 0;
+  for (int index = 0; index < 30; ++index) {
+    const FrictionProblem twist = friction_family("twist", 9, index),
+                          few = friction_family("twist", 9, index, 20);
+    CHECK(twist.kind(0) == BlockKind::TorsionalRolling);
+    CHECK(twist.rows() == 6 * twist.blocks());
+    CHECK(twist.blocks() <= 300);
+    CHECK(few.blocks() <= 20);
+    many += twist.blocks() > 100;
+  }
+  CHECK(many >= 5);
+  CHECK(friction_family("torsion", 9, 0).kind(0) == BlockKind::Torsional);
+  CHECK(friction_family("rolling", 9, 0).kind(0) == BlockKind::Rolling);
+}
+
+TEST_CASE("moments of a family's contacts act about n, t and o", "[families]") {
+  const FrictionProblem p = friction_family("twist", 9, 0);
+  const Matrix H = p.H.to_dense();
+  for (Eigen::Index c = 0; c < std::min<Eigen::Index>(p.blocks(), 10); ++c)
+    for (Eigen::Index b = 0; b < H.rows() / 6; ++b) {
+      const Matrix columns = H.block(6 * b, 6 * c, 6, 6);
+      if (columns.isZero()) continue;
+      CHECK(columns.topRightCorner(3, 3).isZero());  // moments push nothing
+      for (int k = 0; k < 3; ++k) CHECK(columns.block(3, 3 + k, 3, 1).isApprox(columns.block(0, k, 3, 1)));
+    }
 }
 
 TEST_CASE("an unknown family is refused with the known ones", "[families]") {

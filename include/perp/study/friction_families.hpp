@@ -29,6 +29,8 @@ const std::vector<std::string>& friction_families();
 /// Member `index` of the family drawn from `seed`, in global form; the same bits on every machine with IEEE
 /// arithmetic. A third of the members (index 2, 5, 8, ...) have more than 100 contacts where the family can.
 /// Throws std::invalid_argument for an unknown family, naming the known ones.
-FrictionProblem friction_family(std::string_view family, std::uint64_t seed, int index);
+/// Members of torsion, rolling and twist have at most `most_contacts`, at least 4; the others as many as the family has.
+FrictionProblem friction_family(std::string_view family, std::uint64_t seed, int index,
+                                int most_contacts = 300);
 
 }  // namespace perp
