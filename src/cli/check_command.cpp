@@ -1,4 +1,5 @@
 // perp check: a scene read, counted, and looked at where it starts.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -37,6 +38,23 @@ std::string moments(const Contact& c) {
   return text;
 }
 
+/// Those that may touch; of many pairs of shapes their number alone.
+void report_contacts(const Model& model) {
+  constexpr std::size_t most_lines = 1000;
+  if (model.touching_contacts() > std::max(most_lines, model.contacts().size())) {
+    std::printf("%zu contacts, and up to %zu pairs of shapes that may touch\n", model.contacts().size(),
+                model.touching_contacts() - model.contacts().size());
+    return;
+  }
+  model.each_contact([&](int i) {
+    const ContactView c = model.contact(i);
+    std::printf("contact %s: %s on %s, %d point%s, mu = %s%s, e = %s\n", model.contact_name(i).c_str(),
+                model.body(c.b).name.c_str(), model.body(c.a).name.c_str(), c.gap.points(),
+                c.gap.points() == 1 ? "" : "s", shortest(c.law.mu).c_str(), moments(c.law).c_str(),
+                shortest(c.law.e).c_str());
+  });
+}
+
 void report_model(const Scene& scene, const Instant& now) {
   const Model& model = scene.model;
   std::printf("%s: %s\n", scene.name.c_str(), scene.what.c_str());
@@ -50,11 +68,10 @@ void report_model(const Scene& scene, const Instant& now) {
     if (b.nv > 0 && b.mass > 0) std::printf(", %s kg", shortest(b.mass).c_str());
     std::printf(", at %s m\n", triple(now.X[static_cast<std::size_t>(i)].p).c_str());
   }
-  for (const Contact& c : model.contacts())
-    std::printf("contact %s: %s on %s, %d point%s, mu = %s%s, e = %s\n", c.name.c_str(),
-                model.body(c.b).name.c_str(), model.body(c.a).name.c_str(), c.gap.points(),
-                c.gap.points() == 1 ? "" : "s", shortest(c.mu).c_str(), moments(c).c_str(),
-                shortest(c.e).c_str());
+  for (const BodyShape& s : model.shapes())
+    std::printf("shape %s.%s: %s%s\n", model.body(s.body).name.c_str(), s.name.c_str(),
+                std::string(s.shape.name()).c_str(), s.material.empty() ? "" : (", " + s.material).c_str());
+  report_contacts(model);
   for (const JointGeometry& j : model.joints())
     std::printf("joint %s: %s to %s, %zu equations\n", j.name.c_str(), model.body(j.a).name.c_str(),
                 model.body(j.b).name.c_str(), j.rows.size());

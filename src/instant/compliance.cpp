@@ -24,7 +24,7 @@ double compliance_of(const Model& model, const JointGeometry& joint, const Joint
 }  // namespace
 
 double compliance_of(const Model& model, const ContactInstant& contact) {
-  const Contact& pair = model.contacts()[static_cast<std::size_t>(contact.contact)];
+  const Contact& pair = model.contact(contact.contact).law;
   const Contact::Stop& stop = pair.stop;
   if (stop.joint < 0) return pair.compliance;
   const JointGeometry& joint = model.joint({stop.joint});
@@ -32,7 +32,7 @@ double compliance_of(const Model& model, const ContactInstant& contact) {
 }
 
 double moments_compliance_of(const Model& model, const ContactInstant& contact) {
-  const Contact& pair = model.contacts()[static_cast<std::size_t>(contact.contact)];
+  const Contact& pair = model.contact(contact.contact).law;
   return pair.compliance /
          std::max(gyration_squared(model.body(pair.a)), gyration_squared(model.body(pair.b)));
 }

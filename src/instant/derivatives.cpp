@@ -105,7 +105,7 @@ void turn_frame(const ContactInstant& c, const Eigen::MatrixBase<Derived>& dn, c
 /// d(wish): friction axes turn with their body.
 Columns turn_wish(const Model& model, const ContactInstant& c) {
   Columns turn = Columns::Zero();
-  const std::optional<FrictionAxes>& axes = model.contacts()[at(c.contact)].friction_axes;
+  const std::optional<FrictionAxes>& axes = model.contact(c.contact).law.friction_axes;
   if (axes) turn.middleCols<3>(axes->of == FrictionAxes::Of::A ? 3 : 9) = -skew(c.wish);
   return turn;
 }
@@ -195,7 +195,7 @@ OwnSlope own_slope(const Contact& contact, const Vector& q, double t, const Vect
 
 void differentiate_own(const Model& model, const State& x, const ContactInstant& c, const Vector3& p,
                        PairDerivative<3>& out) {
-  const Contact& contact = model.contacts()[at(c.contact)];
+  const Contact& contact = model.contact(c.contact).law;
   const Body& body = model.body(contact.b);
   const Vector q = x.q.segment(body.q0, body.nq), nu = x.nu.segment(body.v0, body.nv);
   out.force.setZero();
@@ -212,7 +212,7 @@ void differentiate_own(const Model& model, const State& x, const ContactInstant&
 
 /// Along the motion at once.
 Vector3 own_bias(const Model& model, const State& x, const ContactInstant& c) {
-  const Contact& contact = model.contacts()[at(c.contact)];
+  const Contact& contact = model.contact(c.contact).law;
   const Body& body = model.body(contact.b);
   const Vector q = x.q.segment(body.q0, body.nq), nu = x.nu.segment(body.v0, body.nv);
   const double speed = std::max(1.0, nu.cwiseAbs().maxCoeff());
@@ -225,8 +225,9 @@ Vector3 own_bias(const Model& model, const State& x, const ContactInstant& c) {
 
 void differentiate(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                    const ContactDerivative& geometry, const Vector3& p, PairDerivative<3>& out) {
-  if (model.contacts()[at(c.contact)].own) return differentiate_own(model, x, c, p, out);
-  if (const Contact::Stop& stop = model.contacts()[at(c.contact)].stop; stop.joint >= 0) {
+  const Contact& law = model.contact(c.contact).law;
+  if (law.own) return differentiate_own(model, x, c, p, out);
+  if (const Contact::Stop& stop = law.stop; stop.joint >= 0) {
     PairDerivative<1> row;
     differentiate(model, instant, instant.coordinate({stop.joint}, stop.coordinate), stop.side * p.x(), row);
     out.force = row.force;
@@ -317,7 +318,7 @@ void differentiate(const Model& model, const Instant& instant, const JointRowIns
 
 Vector3 acceleration_bias(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                           const ContactDerivative& geometry) {
-  if (model.contacts()[at(c.contact)].own) return own_bias(model, x, c);
+  if (model.contact(c.contact).law.own) return own_bias(model, x, c);
   PairDerivative<3> d;
   differentiate(model, x, instant, c, geometry, Vector3::Zero(), d);
   return d.velocity * velocities(c.W, x.nu) + d.velocity_t;
@@ -342,15 +343,16 @@ void ContactDerivatives::evaluate(const Model& model, const Instant& instant, st
   int last = -1;
   for (const int i : which) {
     const ContactInstant& c = instant.contacts[at(i)];
-    const Contact& contact = model.contacts()[at(c.contact)];
-    if (contact.stop.joint >= 0 || contact.own) continue;  // its coordinate's row, or its body, has them
+    const ContactView contact = model.contact(c.contact);
+    if (contact.law.stop.joint >= 0 || contact.law.own)
+      continue;  // its coordinate's row, or its body, has them
     if (c.contact != last) {
       points_.resize(at(contact.gap.points()));
       contact.gap.differentiate(instant.X[at(contact.a.index)], instant.X[at(contact.b.index)], instant.t,
                                 points_);
       last = c.contact;
     }
-    all_[at(i)] = points_[at(c.point - contact.first_point)];
+    all_[at(i)] = points_[at(c.slot)];
   }
 }
 

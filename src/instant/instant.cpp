@@ -237,12 +237,12 @@ void fill_body(const Body& body, const Pose& X, const Matrix3& R, const Twist& V
 }
 
 /// The moments' columns about the contact's axes.
-void evaluate_moments(const Model& model, const Contact& contact, Instant& s, ContactInstant& c) {
+void evaluate_moments(const Model& model, const ContactView& contact, Instant& s, ContactInstant& c) {
   c.moments = static_cast<int>(s.moments.size());
   MomentInstant& m = s.moments.emplace_back();
-  m.mu_o = contact.friction_axes ? contact.friction_axes->mu.y() : contact.mu;
-  m.torsion = contact.torsion;
-  m.rolling = contact.rolling;
+  m.mu_o = contact.law.friction_axes ? contact.law.friction_axes->mu.y() : contact.law.mu;
+  m.torsion = contact.law.torsion;
+  m.rolling = contact.law.rolling;
   m.W.connect(model, contact.a, contact.b);
   const auto fill = [&](BodyId id, double sign, WrenchMap<3>::Block& block) {
     const auto i = static_cast<std::size_t>(id.index);
@@ -262,80 +262,79 @@ bool finite(const ContactPoint& p) {
   return std::isfinite(p.gap) && p.normal.allFinite() && p.point.allFinite() && std::isfinite(p.gap_t);
 }
 
+/// What is there of contact `number` but its points: false if it has none of its own to look for.
+bool evaluate_without_points(const Model& model, const State& x, const ContactView& contact, int number,
+                             Instant& s) {
+  if (contact.law.stop.joint < 0 && !contact.law.own) return false;
+  ContactInstant c;
+  c.contact = number;
+  c.point = contact.first_point;
+  c.e = contact.law.e;
+  if (contact.law.own && !evaluate_own(model, x, contact.law, s, c)) return true;
+  if (!contact.law.own) evaluate_stop(contact.law, s, c);
+  s.contact_of_point.set(c.point, static_cast<int>(s.contacts.size()));
+  s.contacts.push_back(c);
+  return true;
+}
+
+void add_point(const Model& model, const State& x, const ContactView& contact, const ContactPoint& p,
+               const Instant* like, ContactInstant& c, Instant& s) {
+  const auto a = static_cast<std::size_t>(contact.a.index), b = static_cast<std::size_t>(contact.b.index);
+  c.point = contact.first_point + c.slot;
+  s.contact_of_point.set(c.point, static_cast<int>(s.contacts.size()) - 1);
+  c.psi_n = p.gap;
+  c.position = p.point;
+  c.tangents = contact.law.tangents;
+  c.wish = contact.law.tangent;
+  if (c.tangents == 1) c.wish = p.normal.cross(Vector3::UnitZ());  // the plane's one direction
+  if (const std::optional<FrictionAxes>& axes = contact.law.friction_axes)
+    c.wish = s.R[axes->of == FrictionAxes::Of::A ? a : b] * axes->t;
+  else if (c.tangents == 2 && like != nullptr)
+    if (const int before = like->contact_of_point[static_cast<std::size_t>(c.point)]; before >= 0)
+      c.wish = like->contacts[static_cast<std::size_t>(before)].frame.col(1);
+  c.wish = tangent_wish(p.normal, c.wish);
+  c.frame = contact_frame(p.normal, c.wish);
+  c.mu = contact.law.mu;
+  c.e = contact.law.e;
+  c.bias = {p.gap_t, 0, 0};
+  c.W.connect(model, contact.a, contact.b);
+  fill_body(model.bodies()[a], s.X[a], s.R[a], s.V[a], -1, x.t, c, c.W.A);
+  fill_body(model.bodies()[b], s.X[b], s.R[b], s.V[b], +1, x.t, c, c.W.B);
+  if (contact.law.has_ellipse()) evaluate_moments(model, contact, s, c);
+}
+
+void evaluate_contact(const Model& model, const State& x, int number, const Instant* like, Instant& s) {
+  const ContactView contact = model.contact(number);
+  if (!s.fault.empty() || evaluate_without_points(model, x, contact, number, s)) return;
+  const auto count = static_cast<std::size_t>(contact.gap.points());
+  if (s.points.size() < count) s.points.resize(count);
+  const std::span<ContactPoint> points(s.points.data(), count);
+  contact.gap(s.X[static_cast<std::size_t>(contact.a.index)], s.X[static_cast<std::size_t>(contact.b.index)],
+              x.t, points);
+  for (std::size_t j = 0; j < count; ++j) {
+    const ContactPoint& p = points[j];
+    if (p.gap == infinity) continue;
+    if (!finite(p)) {
+      s.fault = (std::isfinite(p.gap) ? "normal, point or gap_t of contact '" : "gap of contact '") +
+                model.contact_name(number) + "' is not finite at t = " + shortest(x.t);
+      return;
+    }
+    ContactInstant& c = s.contacts.emplace_back();
+    c.contact = number;
+    c.slot = static_cast<int>(j);
+    add_point(model, x, contact, p, like, c, s);
+  }
+}
+
 void evaluate_contacts(const Model& model, const State& x, Instant& s, const Instant* like,
                        const std::vector<int>* only) {
-  const auto all_points = static_cast<std::size_t>(model.contact_points());
-  if (s.contact_of_point.size() == all_points)
-    for (const ContactInstant& c : s.contacts) s.contact_of_point[static_cast<std::size_t>(c.point)] = -1;
-  else
-    s.contact_of_point.assign(all_points, -1);
+  s.contact_of_point.reset(model.contact_points());
   s.contacts.clear();
   s.moments.clear();
-  const std::size_t looked_at = only == nullptr ? model.contacts().size() : only->size();
-  for (std::size_t k = 0; k < looked_at; ++k) {
-    const std::size_t i = only == nullptr ? k : static_cast<std::size_t>((*only)[k]);
-    const Contact& contact = model.contacts()[i];
-    const auto a = static_cast<std::size_t>(contact.a.index), b = static_cast<std::size_t>(contact.b.index);
-    if (contact.stop.joint >= 0) {
-      ContactInstant& c = s.contacts.emplace_back();
-      c.contact = static_cast<int>(i);
-      c.point = contact.first_point;
-      c.e = contact.e;
-      s.contact_of_point[static_cast<std::size_t>(c.point)] = static_cast<int>(s.contacts.size()) - 1;
-      evaluate_stop(contact, s, c);
-      continue;
-    }
-    if (contact.own) {
-      ContactInstant c;
-      c.contact = static_cast<int>(i);
-      c.point = contact.first_point;
-      c.e = contact.e;
-      if (evaluate_own(model, x, contact, s, c)) {
-        s.contact_of_point[static_cast<std::size_t>(c.point)] = static_cast<int>(s.contacts.size());
-        s.contacts.push_back(c);
-      }
-      if (!s.fault.empty()) return;
-      continue;
-    }
-    const auto count = static_cast<std::size_t>(contact.gap.points());
-    if (s.points.size() < count) s.points.resize(count);
-    const std::span<ContactPoint> points(s.points.data(), count);
-    contact.gap(s.X[a], s.X[b], x.t, points);
-
-    for (std::size_t j = 0; j < count; ++j) {
-      const ContactPoint& p = points[j];
-      if (p.gap == infinity) continue;
-      if (!finite(p)) {
-        s.fault = (std::isfinite(p.gap) ? "normal, point or gap_t of contact '" : "gap of contact '") +
-                  contact.name + "' is not finite at t = " + shortest(x.t);
-        return;
-      }
-      const Body &body_a = model.bodies()[a], &body_b = model.bodies()[b];
-      ContactInstant& c = s.contacts.emplace_back();
-      c.contact = static_cast<int>(i);
-      c.point = contact.first_point + static_cast<int>(j);
-      s.contact_of_point[static_cast<std::size_t>(c.point)] = static_cast<int>(s.contacts.size()) - 1;
-      c.psi_n = p.gap;
-      c.position = p.point;
-      c.tangents = contact.tangents;
-      c.wish = contact.tangent;
-      if (contact.tangents == 1) c.wish = p.normal.cross(Vector3::UnitZ());  // the plane's one direction
-      if (const std::optional<FrictionAxes>& axes = contact.friction_axes)
-        c.wish = s.R[axes->of == FrictionAxes::Of::A ? a : b] * axes->t;
-      else if (contact.tangents == 2 && like != nullptr)
-        if (const int before = like->contact_of_point[static_cast<std::size_t>(c.point)]; before >= 0)
-          c.wish = like->contacts[static_cast<std::size_t>(before)].frame.col(1);
-      c.wish = tangent_wish(p.normal, c.wish);
-      c.frame = contact_frame(p.normal, c.wish);
-      c.mu = contact.mu;
-      c.e = contact.e;
-      c.bias = {p.gap_t, 0, 0};
-      c.W.connect(model, contact.a, contact.b);
-      fill_body(body_a, s.X[a], s.R[a], s.V[a], -1, x.t, c, c.W.A);
-      fill_body(body_b, s.X[b], s.R[b], s.V[b], +1, x.t, c, c.W.B);
-      if (contact.has_ellipse()) evaluate_moments(model, contact, s, c);
-    }
-  }
+  if (only == nullptr)
+    model.each_contact([&](int number) { evaluate_contact(model, x, number, like, s); });
+  else
+    for (const int number : *only) evaluate_contact(model, x, number, like, s);
 }
 
 }  // namespace

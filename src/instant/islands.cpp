@@ -29,9 +29,8 @@ void Islands::find(const Model& model, const Instant& instant, std::span<const i
   const std::size_t bodies = model.bodies().size();
   parent_.resize(bodies);
   std::iota(parent_.begin(), parent_.end(), 0);
-  const auto contact = [&](int i) -> const Contact& {
-    const ContactInstant& c = instant.contacts[static_cast<std::size_t>(i)];
-    return model.contacts()[static_cast<std::size_t>(c.contact)];
+  const auto contact = [&](int i) {
+    return model.contact(instant.contacts[static_cast<std::size_t>(i)].contact);
   };
   const auto joint = [&](const JointRowInstant& row) -> const JointGeometry& {
     return model.joints()[static_cast<std::size_t>(row.joint)];

@@ -25,7 +25,7 @@ bool levers_of(const Model& model, const Contact& contact, double& largest) {
 
 void NearContacts::reset(const Model& model) {
   revision_ = model.revision();
-  selective_ = model.contacts().size() >= worth_it;
+  selective_ = model.touching_contacts() >= worth_it;
   lever_ = travelled_ = 0;
   X_.clear();
   always_.clear();
@@ -38,7 +38,10 @@ void NearContacts::reset(const Model& model) {
     (known ? watched_ : always_).push_back(static_cast<int>(i));
     if (known) lever_ = std::max(lever_, lever);
   }
-  near_ = always_;
+  for (const BodyShape& s : model.shapes())
+    if (const double lever = GapRef(*s.geometry, *s.geometry).lever_a(); selective_ && std::isfinite(lever))
+      lever_ = std::max(lever_, lever);
+  if (!selective_) model.each_contact([&](int i) { near_.push_back(i); });
 }
 
 double NearContacts::lever(const Model& model) {
@@ -87,6 +90,8 @@ const std::vector<int>& NearContacts::find(const Model& model, const std::vector
   }
   watched_.resize(kept);
   std::sort(near_.begin(), near_.end());
+  const std::vector<int>& shapes = shapes_.find(model, X, margin);  // whose numbers come after
+  near_.insert(near_.end(), shapes.begin(), shapes.end());
   return near_;
 }
 

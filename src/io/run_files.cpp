@@ -31,7 +31,7 @@ void add_state(RunTable& file, const Model& model, const State& x, std::vector<d
 
 void add_contact(RunTable& file, const Model& model, const StepReport& report, const ContactRow& row,
                  bool halves) {
-  const Contact& contact = model.contacts()[static_cast<std::size_t>(row.contact)];
+  const ContactView contact = model.contact(row.contact);
   file.cell(report.t).cell((*report.point_names)[static_cast<std::size_t>(row.point)]);
   file.cell(model.body(contact.a).name).cell(model.body(contact.b).name).cell(row.gap);
   for (const double n : row.normal) file.cell(n);

@@ -59,7 +59,7 @@ class SceneReader {
     if (root.has("method")) method_settings(root.table("method"));
     scene_.start = model().rest();
     for (const SceneTable& table : root.tables("body")) start(table);
-    for (const std::string& pair : connect_shapes(root, shapes_, scene_.start, model()))
+    for (const std::string& pair : add_shapes(root, shapes_, scene_.start, model()))
       scene_.unused.push_back("contact '" + pair + "': the shapes overlap at the start");
     return std::move(scene_);
   }

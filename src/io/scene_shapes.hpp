@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "io/scene_table.hpp"
-#include "perp/model/body_shapes.hpp"
+#include "perp/study/scene.hpp"
 
 namespace perp {
 
@@ -24,9 +24,12 @@ std::vector<SceneShape> read_shapes(const SceneTable& root);
 /// the body's origin.
 MassProperties mass_by_shapes(const std::vector<SceneShape>& shapes, const SceneTable& body);
 
-/// Reads [[no_contact]] and [[material_pair]], gives the model the contacts of its shapes; returns those that were left out because they
-/// overlap at `start`, where the file asks for that.
-std::vector<std::string> connect_shapes(const SceneTable& root, const std::vector<SceneShape>& shapes,
-                                        const State& start, Model& model);
+/// Gives the model its shapes, reads [[no_contact]] and [[material_pair]]; returns the contacts that were left out because they overlap at
+/// `start`, where the file asks for that.
+std::vector<std::string> add_shapes(const SceneTable& root, const std::vector<SceneShape>& shapes,
+                                    const State& start, Model& model);
+
+/// The same tables of a model. `cannot_say` refuses what no file says.
+std::string write_shapes(const Model& model, const std::function<void(const std::string&)>& cannot_say);
 
 }  // namespace perp

@@ -6,6 +6,7 @@
 #include "io/scene_gaps.hpp"
 #include "io/scene_joints.hpp"
 #include "io/scene_motions.hpp"
+#include "io/scene_shapes.hpp"
 #include "io/scene_text.hpp"
 #include "io/scene_words.hpp"
 #include "perp/core/errors.hpp"
@@ -37,9 +38,11 @@ class SceneWriter {
     line("t_end", shortest(scene_.t_end));
     line("gravity", written(model_.gravity()));
     for (int i = 1; i < static_cast<int>(model_.bodies().size()); ++i) body({i});
-    out_ += write_joints(model_, [&](const std::string& what) { cannot_say(scene_, what); });
+    const auto refused = [&](const std::string& what) { cannot_say(scene_, what); };
+    out_ += write_joints(model_, refused);
     for (const Spring& s : model_.springs()) spring(s);
     for (std::size_t i = 0; i < model_.contacts().size(); ++i) contact(model_.contacts()[i], i);
+    out_ += write_shapes(model_, refused);
     for (const BodyForce& force : model_.forces()) {
       if (!force.recipe.known()) cannot_say(scene_, "force on '" + model_.body(force.body).name + "'");
       out_ += "\n[[force]]\n" + write_force(model_, force);
@@ -165,7 +168,8 @@ class SceneWriter {
     if (contact.stop.joint >= 0) return;  // said by its joint's limit
     if (!contact.gap.recipe().known()) cannot_say(scene_, "gap of contact '" + contact.name + "'");
     out_ += "\n[[contact]]\n";
-    if (contact.name != "contact " + std::to_string(i + 1)) line("name", in_quotes(contact.name));
+    const bool numbered = model_.shapes().empty() && contact.name == "contact " + std::to_string(i + 1);
+    if (!numbered) line("name", in_quotes(contact.name));
     connects(contact.a, contact.b);
     line("gap", write_gap(contact.gap.recipe()));
     if (contact.mu != 0 && !contact.friction_axes) line("mu", contact.mu);

@@ -56,6 +56,7 @@ class Builder {
     for (const UrdfJoint& j : robot_.joints) add_mimic(j);
     add_shapes();
     start();
+    part_overlapping();
     for (const auto& [name, value] : set_) need_parameter(name);
     std::stable_sort(unused_.begin(), unused_.end(),
                      [](const UrdfUnused& a, const UrdfUnused& b) { return a.line < b.line; });
@@ -274,23 +275,28 @@ class Builder {
     for (int i = 0; i < static_cast<int>(robot_.links.size()); ++i) {
       const Group& g = group_of(i);
       if (g.left_out) continue;
-      const Group& carrier = g.joint < 0 ? g : group_of(joint(g).parent);
       for (std::size_t k = 0; k < link(i).shapes.size(); ++k) {
         const Pose X_GS = X_GL_[static_cast<std::size_t>(i)] * link(i).shapes[k].X_LS;
         PlacedShape s{.shape = link(i).shapes[k],
                       .name = fitting(link(i).name) + (k == 0 ? "" : "_" + std::to_string(k + 1)),
                       .line = link(i).line,
                       .body = g.body,
-                      .carrier = carrier.body,
-                      .X_BS = g.body == ground ? g.X_WG * X_GS : Pose{X_GS.p - g.centre, X_GS.q},
-                      .X_WS_start = g.X_WG_start * X_GS};
+                      .X_BS = g.body == ground ? g.X_WG * X_GS : Pose{X_GS.p - g.centre, X_GS.q}};
         s.X_BS.q = unit(s.X_BS.q);
         shapes.push_back(std::move(s));
       }
     }
-    const std::vector<UrdfUnused> unused =
-        add_shape_contacts(shapes, {.floor = floor_, .mu = mu_, .e = e_}, file_, model());
+    const std::vector<UrdfUnused> unused = add_robot_shapes(shapes, file_, model());
     unused_.insert(unused_.end(), unused.begin(), unused.end());
+    model().set_friction("robot", "robot", {.mu = mu_, .e = e_});
+    model().set_friction("robot", "floor", {.mu = mu_, .e = e_});
+  }
+
+  /// Shapes of the robot that overlap at the start have no contact; what stands in the floor does.
+  void part_overlapping() {
+    for (const std::string& pair : model().leave_out_overlapping(scene_.start))
+      unused(0, "contact '" + pair + "': the shapes overlap at the start");
+    if (floor_) model().add_shape(ground, Shape::half_space(), {.material = "floor", .name = "floor"});
   }
 
   /// Poses and velocities of the bodies. Angles grow to what they are by a quarter turn at most, so that their turns count.

@@ -9,9 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <locale>
 #include <map>
 #include <mutex>
 #include <set>
+#include <sstream>
 
 #include "perp/core/errors.hpp"
 #endif
@@ -63,10 +65,12 @@ const std::vector<Read>& what_is_read() {
       {"robot/link/inertial/inertia", {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}, {}},
       {"robot/link/collision", {"name"}, {"origin", "geometry"}},
       {"robot/link/collision/origin", {"xyz", "rpy"}, {}},
-      {"robot/link/collision/geometry", {}, {"sphere", "box", "cylinder"}},
+      {"robot/link/collision/geometry", {}, {"sphere", "box", "cylinder", "capsule", "mesh"}},
       {"robot/link/collision/geometry/sphere", {"radius"}, {}},
       {"robot/link/collision/geometry/box", {"size"}, {}},
       {"robot/link/collision/geometry/cylinder", {"radius", "length"}, {}},
+      {"robot/link/collision/geometry/capsule", {"radius", "length"}, {}},
+      {"robot/link/collision/geometry/mesh", {"filename", "scale"}, {}},
       {"robot/joint", {"name", "type"}, {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"}},
       {"robot/joint/origin", {"xyz", "rpy"}, {}},
       {"robot/joint/parent", {"link"}, {}},
@@ -103,6 +107,7 @@ class Xml {
         if (e->ValueStr() == "link") links.emplace(name, e);
         if (e->ValueStr() == "joint" && joints.emplace(name, e).second) joint_order.emplace_back(name);
       }
+    without_capsules = take_capsules(text);
   }
 
   static int line(const TiXmlElement* element) { return element == nullptr ? 1 : element->Row(); }
@@ -124,10 +129,55 @@ class Xml {
   static Place place(int line) { return {static_cast<std::size_t>(std::max(line, 1)), 1}; }
 
   std::map<std::string, const TiXmlElement*> links, joints;
-  std::vector<std::string> joint_order;  ///< as they stand in the file
+  std::vector<std::string> joint_order;            ///< as they stand in the file
+  std::multimap<std::string, UrdfShape> capsules;  ///< of each link: urdfdom has none
+  std::string without_capsules;                    ///< the file's text, as urdfdom takes it
   std::vector<UrdfUnused> unused;
 
  private:
+  static Vector3 three(const TiXmlElement* element, const char* attribute) {
+    Vector3 v = Vector3::Zero();
+    const char* text = element == nullptr ? nullptr : element->Attribute(attribute);
+    std::istringstream numbers(text == nullptr ? "" : text);
+    numbers.imbue(std::locale::classic());
+    numbers >> v.x() >> v.y() >> v.z();
+    return v;
+  }
+
+  /// Out of a copy of the file; the lines of its elements stay as they were.
+  std::string take_capsules(std::string_view text) {
+    TiXmlDocument copy;
+    copy.Parse(std::string(text).c_str());
+    bool any = false;
+    for (TiXmlElement* link = copy.RootElement()->FirstChildElement("link"); link != nullptr;
+         link = link->NextSiblingElement("link"))
+      for (TiXmlElement* e = link->FirstChildElement(); e != nullptr;) {
+        TiXmlElement* const next = e->NextSiblingElement();
+        const TiXmlElement* const geometry = e->FirstChildElement("geometry");
+        const TiXmlElement* const capsule =
+            geometry == nullptr ? nullptr : geometry->FirstChildElement("capsule");
+        if (capsule != nullptr) {
+          any = true;
+          const TiXmlElement* const origin = e->FirstChildElement("origin");
+          const Vector3 rpy = three(origin, "rpy");
+          UrdfShape shape{.kind = UrdfShape::Kind::Capsule};
+          capsule->QueryDoubleAttribute("radius", &shape.size.x());
+          capsule->QueryDoubleAttribute("length", &shape.size.y());
+          shape.X_LS = {
+              three(origin, "xyz"),
+              perp::unit(rotation({0, 0, rpy.z()}) * rotation({0, rpy.y(), 0}) * rotation({rpy.x(), 0, 0}))};
+          const char* name = link->Attribute("name");
+          if (e->ValueStr() == "collision" && name != nullptr) capsules.emplace(name, shape);
+          link->RemoveChild(e);
+        }
+        e = next;
+      }
+    if (!any) return std::string(text);
+    TiXmlPrinter printer;
+    copy.Accept(&printer);
+    return printer.Str();
+  }
+
   using Elements = std::map<std::string, const TiXmlElement*>;
   static const TiXmlElement* find(const Elements& elements, const std::string& name) {
     const auto found = elements.find(name);
@@ -232,11 +282,20 @@ UrdfLink read_link(const urdf::Link& from, const Xml& xml) {
         shape.size << cylinder.radius, cylinder.length, 0;
         break;
       }
-      default:  // a mesh: among what is unused
+      case urdf::Geometry::MESH: {
+        const auto& mesh = static_cast<const urdf::Mesh&>(*collision->geometry);
+        shape.kind = UrdfShape::Kind::Mesh;
+        shape.size = vector(mesh.scale);
+        shape.file = mesh.filename;
+        break;
+      }
+      default:
         continue;
     }
     link.shapes.push_back(shape);
   }
+  const auto [first, last] = xml.capsules.equal_range(from.name);
+  for (auto capsule = first; capsule != last; ++capsule) link.shapes.push_back(capsule->second);
   return link;
 }
 
@@ -279,7 +338,7 @@ UrdfJoint read_joint(const urdf::Joint& from, const Xml& xml, const std::string&
 
 UrdfRobot read_urdf_robot(std::string_view text, const std::string& file) {
   const Xml xml(text, file);
-  const urdf::ModelInterfaceSharedPtr model = parse(text, xml);
+  const urdf::ModelInterfaceSharedPtr model = parse(xml.without_capsules, xml);
   UrdfRobot robot{.name = model->getName(), .links = {}, .joints = {}, .unused = xml.unused};
 
   std::map<std::string, std::vector<std::string> > children;  // joints of each link, in the file's order

@@ -10,11 +10,13 @@
 
 namespace perp {
 
-/// The collision element of a link that is a sphere, a box or a cylinder.
+/// The collision element of a link.
 struct UrdfShape {
-  enum class Kind { Sphere, Box, Cylinder } kind = Kind::Sphere;
-  Vector3 size = Vector3::Zero();  ///< radius; full edges; radius and length (its axis is z) [m]
-  Pose X_LS;                       ///< in the link's frame
+  enum class Kind { Sphere, Box, Cylinder, Capsule, Mesh } kind = Kind::Sphere;
+  Vector3 size =
+      Vector3::Zero();    ///< radius; full edges; radius and length (the axis is z) [m]; of a mesh its scale
+  Pose X_LS = {};         ///< in the link's frame
+  std::string file = {};  ///< of a mesh: its URI
 };
 
 struct UrdfLink {

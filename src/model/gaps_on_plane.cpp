@@ -145,7 +145,8 @@ Gap ellipsoid_on_plane(const Vector3& semi_axes, const Plane& plane, const Vecto
 
 Gap disc_on_plane(double radius, const Plane& plane) {
   length("disc_on_plane", "radius", radius);
-  return gap_of_pair("disc_on_plane", RimsOnPlane({Vector3::Zero()}, radius, unit("disc_on_plane", plane)),
+  const auto rim = std::make_shared<const Rims>(std::vector<Vector3>{Vector3::Zero()}, radius, Pose{});
+  return gap_of_pair("disc_on_plane", RimsOnPlane(rim, unit("disc_on_plane", plane)),
                      Arguments() << radius << plane);
 }
 

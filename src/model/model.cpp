@@ -62,14 +62,17 @@ void need_orientations(const std::string& where, const Contact& contact, BodyKin
 using Names = std::vector<std::string>;
 
 /// A list that a report or a copy of the model may be reading: that one stays as it is.
-void add_name(std::shared_ptr<Names>& names, std::string name) {
-  if (names.use_count() > 1) names = std::make_shared<Names>(*names);
-  names->push_back(std::move(name));
+template <class List>
+List& own(std::shared_ptr<List>& names) {
+  if (names.use_count() > 1) names = std::make_shared<List>(*names);
+  return *names;
 }
+
+void add_name(std::shared_ptr<Names>& names, std::string name) { own(names).push_back(std::move(name)); }
 
 }  // namespace
 
-Model::Model() : point_names_(std::make_shared<Names>()), joint_names_(std::make_shared<Names>()) {
+Model::Model() : point_names_(std::make_shared<PointNames>()), joint_names_(std::make_shared<Names>()) {
   bodies_.push_back({.name = "ground"});
   revision_ = next_revision();
 }
@@ -202,11 +205,9 @@ ContactId Model::add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, Co
 
 void Model::add(Contact contact) {
   points_ += contact.gap.points();
-  const char* between =
-      contact.name.find('|') == std::string::npos ? "." : "|";  // of shapes: BODY.SHAPE|BODY.SHAPE|FEATURE
   for (int i = 0; i < contact.gap.points(); ++i)
-    add_name(point_names_,
-             contact.gap.points() == 1 ? contact.name : contact.name + between + std::to_string(i));
+    own(point_names_)
+        .listed_.push_back(contact.gap.points() == 1 ? contact.name : contact.name + "." + std::to_string(i));
   if (contact.has_ellipse() && with_moments_ < 0) with_moments_ = static_cast<int>(contacts_.size());
   contacts_.push_back(std::move(contact));
   changed();
@@ -248,7 +249,8 @@ JointId Model::add_joint(const Joint& joint) {
   else
     for (const JointCoordinate& c : g.coordinates) add_name(joint_names_, g.name + "." + std::string(c.name));
   joints_.push_back(std::move(g));
-  changed();
+  joined_.emplace(std::min(joint.a.index, joint.b.index), std::max(joint.a.index, joint.b.index));
+  apart_changed();
   return {static_cast<int>(joints_.size()) - 1};
 }
 

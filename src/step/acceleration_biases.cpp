@@ -9,16 +9,16 @@ void AccelerationBiases::evaluate(const Model& model, const State& x, const Inst
   int last = -1;
   for (const int i : asked) {
     const ContactInstant& c = instant.contacts[at(i)];
-    const Contact& contact = model.contacts()[at(c.contact)];
     if (c.contact != last) {
+      const ContactView contact = model.contact(c.contact);
       points_.resize(at(contact.gap.points()));
-      if (contact.stop.joint < 0 &&
-          !contact.own)  // of a stop the joint's coordinate has them, of others their body
+      if (contact.law.stop.joint < 0 &&
+          !contact.law.own)  // of a stop the joint's coordinate has them, of others their body
         contact.gap.differentiate(instant.X[at(contact.a.index)], instant.X[at(contact.b.index)], instant.t,
                                   points_);
       last = c.contact;
     }
-    contacts[at(i)] = acceleration_bias(model, x, instant, c, points_[at(c.point - contact.first_point)]);
+    contacts[at(i)] = acceleration_bias(model, x, instant, c, points_[at(c.slot)]);
   }
   const auto of_rows = [&](const std::vector<JointRowInstant>& rows, std::vector<double>& out) {
     out.resize(rows.size());

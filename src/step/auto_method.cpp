@@ -7,7 +7,8 @@
 namespace perp {
 namespace {
 
-constexpr int few_points = 32;    // of contacts: events among more of them come one after the other
+constexpr int few_points = 32;  // of contacts: events among more of them come one after the other
+constexpr std::size_t many_contacts = 5000;  // whose points are not counted one by one
 constexpr int many_points = 400;  // of contacts: the second stage of ncp2 costs as much as the first
 
 /// Whether the contact's gap is linear in q and its directions stay: a particle, which cannot turn, on a plane that stands.
@@ -23,7 +24,11 @@ bool linear(const Model& model, const Contact& c) {
 }  // namespace
 
 MethodChoice choose_method(const Model& model, bool with_step) {
-  const int points = model.contact_points();
+  int points = 0;
+  if (model.touching_contacts() > many_contacts)
+    points = model.contact_points();
+  else
+    model.each_point([&](int) { ++points; });
   const std::string count = std::to_string(points) + " contact points";
   if (!with_step) {
     if (points > few_points)
@@ -33,6 +38,7 @@ MethodChoice choose_method(const Model& model, bool with_step) {
   }
   const auto& contacts = model.contacts();
   const bool all_linear =
+      model.shapes().empty() &&
       std::all_of(contacts.begin(), contacts.end(), [&](const Contact& c) { return linear(model, c); });
   if (points > 0 && model.joints().empty() && all_linear)
     return {"lcp", "all gaps are linear and friction keeps its line: lcp gives what ncp gives, cheaper"};

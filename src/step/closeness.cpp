@@ -20,7 +20,7 @@ bool is_angular(const Model& model, const WrenchMap<3>& W, int column) {
 }
 
 double gap_rounding(const Model& model, const Instant& s, const State& x, const ContactInstant& c) {
-  const Contact& contact = model.contacts()[at(c.contact)];
+  const Contact& contact = model.contact(c.contact).law;
   if (contact.stop.joint >= 0)
     return joint_rounding(model, s, s.coordinate({contact.stop.joint}, contact.stop.coordinate));
   if (contact.own) {

@@ -43,21 +43,18 @@ std::vector<Root> EventRun::list_roots() {
                       .vague_rate = kind == Root::Touch ? some_steps * (options_.rtol * scales_.speed + atol_)
                                                         : infinity});
   };
-  for (int point = 0; point < model_.contact_points(); ++point) {
+  model_.each_point([&](int point) {
     const ClosedContact* closed = modes_.find(point);
-    if (closed == nullptr) {
-      add(Root::Touch, point, scales_.length, false);
-      continue;
-    }
+    if (closed == nullptr) return add(Root::Touch, point, scales_.length, false);
     const ContactInstant& c = instant_.contacts[at(instant_.contact_of_point[at(point)])];
     const double force = scales_.acceleration / mobility(model_, instant_, c);
     add(Root::Lift, point, force, true);
-    if (c.tangents == 0) continue;
+    if (c.tangents == 0) return;
     if (closed->slides)
       add(Root::ContactRests, point, scales_.speed, false);
     else
       add(Root::ContactSlips, point, force, true);
-  }
+  });
   for (std::size_t i = 0; i < modes_.joints.size(); ++i) {
     const JointRowInstant& row = instant_.joint_frictions[i];
     const bool turns = freedom_of(model_, row) == JointFreedom::Rotation;

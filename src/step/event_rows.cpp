@@ -13,10 +13,7 @@ namespace perp {
 namespace {
 
 const Contact& contact_of(const Model& model, int point) {
-  const auto& all = model.contacts();
-  const auto after = std::upper_bound(all.begin(), all.end(), point,
-                                      [](int p, const Contact& c) { return p < c.first_point; });
-  return *(after - 1);
+  return model.contact(model.contact_of_point(point)).law;
 }
 
 bool is_stop(const Model& model, int point) { return contact_of(model, point).stop.joint >= 0; }
@@ -35,14 +32,14 @@ void EventRun::log(EventKind kind, const std::string& name, ContactMode before, 
 
 void EventRun::log_changes(const Modes& before, const std::vector<Root>& triggers) {
   const auto& names = *model_.point_names();
-  for (int p = 0; p < model_.contact_points(); ++p) {
+  model_.each_point([&](int p) {
     const ContactMode then = mode_in(before, model_, p), after = mode_in(modes_, model_, p);
     const auto jumped =
         std::find_if(jumped_.begin(), jumped_.end(), [&](const Jumped& j) { return j.point == p; });
     if (jumped != jumped_.end()) {
       log(jumped->kind == EventKind::Impact && is_stop(model_, p) ? EventKind::Stop : jumped->kind,
           names[at(p)], then, after);
-      continue;
+      return;
     }
     if (then != after) {
       const EventKind kind = then == ContactMode::Open
@@ -55,7 +52,7 @@ void EventRun::log_changes(const Modes& before, const std::vector<Root>& trigger
                triggered(triggers, Root::ContactRests, p)) {
       log(EventKind::Reverse, names[at(p)], then, after);
     }
-  }
+  });
   for (std::size_t i = 0; i < modes_.joints.size(); ++i) {
     if (before.joints[i] == modes_.joints[i]) continue;
     const std::string& name = model_.joints()[at(instant_.joint_frictions[i].joint)].name;

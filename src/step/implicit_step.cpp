@@ -58,9 +58,8 @@ void LastImpulses::prepare(const Model& model, const Instant& s, const State& x)
       row.size() == s.joint_rows.size() && friction.size() == s.joint_frictions.size())
     return;
   revision = model.revision();
-  contact.assign(at(model.contact_points()), Vector3::Zero());
-  moment.assign(model.contact_with_moments() == nullptr ? 0 : contact.size(), Vector3::Zero());
-  touching.clear();
+  contact.reset(model.contact_points());
+  moment.reset(model.contact_with_moments() == nullptr ? 0 : model.contact_points());
   row.assign(s.joint_rows.size(), 0);
   friction.assign(s.joint_frictions.size(), 0);
   h = 0;
@@ -348,14 +347,11 @@ void report_end(const Instant& end, const State& moved, StepReport& report) {
 
 void keep_impulses(const Model& model, const std::vector<Reaction>& reactions, const StepReport& report,
                    const State& end, LastImpulses& last) {
-  for (const int point : last.touching) last.contact[at(point)].setZero();
-  if (!last.moment.empty())
-    for (const int point : last.touching) last.moment[at(point)].setZero();
-  last.touching.clear();
+  last.contact.reset(model.contact_points());
+  last.moment.reset(last.moment.size());
   for (const ContactRow& row : report.contacts) {
-    last.contact[at(row.point)] = row.impulse;
-    if (!last.moment.empty()) last.moment[at(row.point)] = row.moment;
-    last.touching.push_back(row.point);
+    last.contact.set(row.point, row.impulse);
+    if (!last.moment.empty()) last.moment.set(row.point, row.moment);
   }
   for (const Reaction& r : reactions) {
     if (r.of == Reaction::Of::JointRow) last.row[at(r.source)] = r.p.x();

@@ -10,9 +10,9 @@ namespace perp {
 
 /// Impulses of the last step, first guesses of the next: by contact point (world axes), joint row and joint friction.
 struct LastImpulses {
-  std::vector<Vector3> contact;
-  std::vector<Vector3> moment;  ///< of the same points, world axes; empty where no contact has moments
-  std::vector<int> touching;    ///< the points that `contact` is not zero of
+  PointTable<Vector3> contact{Vector3::Zero()};
+  PointTable<Vector3> moment{
+      Vector3::Zero()};  ///< of the same points, world axes; empty where no contact has moments
   std::vector<double> row, friction;
   double h = 0;
   State end;  ///< where that step ended

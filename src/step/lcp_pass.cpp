@@ -35,7 +35,7 @@ const Instant* LcpStepper::Workspace::add_appeared(const Instant& s, double h) {
   std::sort(all.begin(), all.end(),
             [](const ContactInstant& a, const ContactInstant& b) { return a.point < b.point; });
   for (std::size_t i = 0; i < all.size(); ++i)
-    widened.contact_of_point[at(all[i].point)] = static_cast<int>(i);
+    widened.contact_of_point.set(all[i].point, static_cast<int>(i));
   return &widened;
 }
 

@@ -124,7 +124,7 @@ const Instant& StartInstant::at(const Model& model, const State& x, double h) {
   x_ = x;
   h_ = h;
   energy_ = not_set;
-  if (model.contacts().size() < NearContacts::worth_it) {
+  if (model.touching_contacts() < NearContacts::worth_it) {
     evaluate(model, x, instant_);
     return instant_;
   }

@@ -34,14 +34,11 @@ std::string_view name_of(ContactMode mode) {
 }
 
 ContactRow StepReport::contact(std::string_view name) const {
+  const int point = point_names->find(name);
+  if (point < 0) refuse("StepReport::contact", "name", name, "needs to be one of: " + point_names->known());
   for (const ContactRow& row : contacts)
-    if ((*point_names)[static_cast<std::size_t>(row.point)] == name) return row;
-  std::string known;
-  for (std::size_t i = 0; i < point_names->size(); ++i) {
-    if ((*point_names)[i] == name) return {.point = static_cast<int>(i)};
-    known += (known.empty() ? "" : ", ") + (*point_names)[i];
-  }
-  refuse("StepReport::contact", "name", name, "needs to be one of: " + known);
+    if (row.point == point) return row;
+  return {.point = point};
 }
 
 JointImpulse StepReport::joint(std::string_view name) const {

@@ -11,7 +11,7 @@ namespace {
 
 /// What acts in a step, as a column: forces of contacts and joints, then moments.
 Vector acting(const Model& model, const StepReport& report) {
-  const auto contacts = static_cast<Eigen::Index>(model.contacts().size());
+  const auto contacts = static_cast<Eigen::Index>(model.contact_count());
   const auto joints = static_cast<Eigen::Index>(model.joints().size());
   Vector p = Vector::Zero(6 * contacts + 7 * joints);
   auto force = p.head(3 * (contacts + joints)), moment = p.tail(3 * contacts + 4 * joints);
@@ -32,10 +32,14 @@ Vector acting(const Model& model, const StepReport& report) {
 }  // namespace
 
 ImpulsePath impulse_path(const Model& model, const Trajectory& run) {
+  constexpr int most_contacts = 100'000;  // columns of a run's every step
+  if (model.contact_count() > most_contacts)
+    refuse("impulse_path", "model", std::to_string(model.contact_count()) + " contacts and pairs of shapes",
+           "needs to have " + std::to_string(most_contacts) + " at most");
   ImpulsePath path;
   path.t.push_back(run.t(0));
-  Vector sum =
-      Vector::Zero(static_cast<Eigen::Index>(6 * model.contacts().size() + 7 * model.joints().size()));
+  Vector sum = Vector::Zero(static_cast<Eigen::Index>(6 * static_cast<std::size_t>(model.contact_count()) +
+                                                      7 * model.joints().size()));
   std::vector<Vector> sums{sum};
   for (std::size_t i = 0; i < run.steps(); ++i) {
     sum += acting(model, run.report(i));
@@ -48,7 +52,8 @@ ImpulsePath impulse_path(const Model& model, const Trajectory& run) {
     }
   }
   const auto n = static_cast<Eigen::Index>(path.t.size());
-  const auto forces = static_cast<Eigen::Index>(3 * (model.contacts().size() + model.joints().size()));
+  const auto forces = static_cast<Eigen::Index>(
+      3 * (static_cast<std::size_t>(model.contact_count()) + model.joints().size()));
   path.forces.resize(forces, n);
   path.moments.resize(sum.size() - forces, n);
   for (Eigen::Index i = 0; i < n; ++i) {

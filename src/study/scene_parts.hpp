@@ -116,5 +116,12 @@ Scene pile(Parameters&);
 Scene sunk_box(Parameters&);
 Scene creep(Parameters&);
 Scene sliding_cube(Parameters&);
+Scene dominoes(Parameters&);  // scenes_shapes.cpp
+Scene stairs(Parameters&);
+Scene card_house(Parameters&);
+Scene coin(Parameters&);
+Scene cone(Parameters&);
+Scene tetrahedra(Parameters&);
+Scene chute(Parameters&);
 
 }  // namespace perp

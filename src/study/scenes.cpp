@@ -128,6 +128,13 @@ constexpr BuiltIn built_in[] = {
     {"sunk-box", sunk_box},
     {"creep", creep},
     {"sliding-cube", sliding_cube},
+    {"dominoes", dominoes},
+    {"stairs", stairs},
+    {"card-house", card_house},
+    {"coin", coin},
+    {"cone", cone},
+    {"tetrahedra", tetrahedra},
+    {"chute", chute},
 };
 
 }  // namespace

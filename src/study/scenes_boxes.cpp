@@ -49,34 +49,35 @@ Scene stack(Parameters& set) {
 
 Scene pile(Parameters& set) {
   const double mu = set.number("mu", 0.5, "friction coefficient [-]", not_negative);
-  const int count = set.count("count", 50, "balls [-]", 1, 2000);
+  const int count = set.count("count", 50, "balls [-]", 1, 20000);
   const double r = 0.5;
   const int side = std::max(1, int(std::lround(std::cbrt(count))));  // balls along each edge of the box
   Scene s;
   s.id = "pile";
   s.what = "Balls dropped into a box settle";
   const double half = 1.1 * r * side;
-  const Plane floor{}, walls[] = {{Vector3::UnitX(), {-half, 0, 0}},
-                                  {-Vector3::UnitX(), {half, 0, 0}},
-                                  {Vector3::UnitY(), {0, -half, 0}},
-                                  {-Vector3::UnitY(), {0, half, 0}}};
-  std::vector<BodyId> balls;
+  const auto wall = [&](const std::string& name, const Vector3& normal, double distance) {
+    s.model.add_shape(ground, Shape::half_space(),
+                      {.pose = {-distance * normal, Quaternion::FromTwoVectors(Vector3::UnitZ(), normal)},
+                       .material = "box",
+                       .name = name});
+  };
+  wall("floor", Vector3::UnitZ(), 0);
+  wall("wall-1", Vector3::UnitX(), half);
+  wall("wall-2", -Vector3::UnitX(), half);
+  wall("wall-3", Vector3::UnitY(), half);
+  wall("wall-4", -Vector3::UnitY(), half);
   for (int i = 0; i < count; ++i) {  // in layers, each ball off its place by a little that never repeats
     const int column = i % side, row = i / side % side, layer = i / (side * side);
     const Vector3 lattice(2.2 * r * (column - 0.5 * (side - 1)), 2.2 * r * (row - 0.5 * (side - 1)),
                           r * (1.1 + 2.2 * layer));
     const Vector3 off = 0.08 * r * Vector3(std::sin(1.7 * i), std::cos(2.3 * i), 0);
-    const std::string name = "ball-" + std::to_string(i + 1);
-    balls.push_back(
-        s.model.add_body(Inertia::solid_sphere(1, r), {.pose = {.p = lattice + off}, .name = name}));
-    s.model.add_contact(ground, balls.back(), sphere_on_plane(r, floor), {.mu = mu, .name = name + "-floor"});
-    for (int w = 0; w < 4; ++w)
-      s.model.add_contact(ground, balls.back(), sphere_on_plane(r, walls[w]),
-                          {.mu = mu, .name = name + "-wall-" + std::to_string(w + 1)});
-    for (int j = 0; j < i; ++j)
-      s.model.add_contact(balls[std::size_t(j)], balls.back(), sphere_on_sphere(r, r),
-                          {.mu = mu, .name = "ball-" + std::to_string(j + 1) + "-" + name});
+    const BodyId ball = s.model.add_body(
+        Inertia::solid_sphere(1, r), {.pose = {.p = lattice + off}, .name = "ball-" + std::to_string(i + 1)});
+    s.model.add_shape(ball, Shape::sphere(r), {.material = "ball"});
   }
+  s.model.set_friction("ball", "ball", {.mu = mu});
+  s.model.set_friction("ball", "box", {.mu = mu});
   s.start = s.model.rest();
   return s;
 }

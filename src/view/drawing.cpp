@@ -151,9 +151,8 @@ void put_row(const RecordedRun& run, const Model& model, std::size_t i, State& x
 /// Where the contact points of the rows are: from the scene's gaps at the rows' configurations.
 void add_contact_points(const RecordedRun& run, const Scene& scene, Drawing& drawing) {
   const Model& model = scene.model;
-  std::map<std::string, int, std::less<>> point_of;
-  for (std::size_t p = 0; p < model.point_names()->size(); ++p)
-    point_of.emplace((*model.point_names())[p], static_cast<int>(p));
+  std::vector<int> point_of;  // of each name
+  for (const std::string& name : run.contact_names) point_of.push_back(model.point_names()->find(name));
   State x = scene.start;
   Instant instant;
   drawing.contact_points.resize(run.contacts.size());
@@ -162,8 +161,7 @@ void add_contact_points(const RecordedRun& run, const Scene& scene, Drawing& dra
     put_row(run, model, after == run.t.begin() ? 0 : static_cast<std::size_t>(after - run.t.begin()) - 1, x);
     evaluate(model, x, instant);
     for (const ContactMoment& m : run.contacts[k]) {
-      const auto point = point_of.find(run.contact_names[at(m.name)]);
-      const int i = point == point_of.end() ? -1 : instant.contact_of_point[at(point->second)];
+      const int point = point_of[at(m.name)], i = point < 0 ? -1 : instant.contact_of_point[at(point)];
       drawing.contact_points[k].push_back(i >= 0 ? instant.contacts[at(i)].position
                                                  : Vector3::Constant(not_set));
     }

@@ -1,6 +1,7 @@
 #include "perp/view/solids.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 
@@ -116,6 +117,78 @@ const std::map<std::string_view, Maker>& makers() {
   return all;
 }
 
+/// Circles of latitude from pole to pole.
+void add_superquadric(const Vector3& a, double e1, double e2, Solid& solid) {
+  constexpr int rings = 15, around = 24;
+  constexpr double pi = 3.14159265358979323846;
+  const auto power = [](double x, double e) { return std::copysign(std::pow(std::abs(x), e), x); };
+  for (int i = 0; i <= rings + 1; ++i)
+    for (int k = 0; k < around; ++k) {
+      const double u = pi * (i / (rings + 1.0) - 0.5), v = 2 * pi * k / around;
+      const double across = power(std::cos(u), e1);
+      solid.vertices.emplace_back(a.x() * across * power(std::cos(v), e2),
+                                  a.y() * across * power(std::sin(v), e2), a.z() * power(std::sin(u), e1));
+      const int next = (k + 1) % around;
+      if (i > 0)
+        solid.faces.push_back(
+            {(i - 1) * around + k, (i - 1) * around + next, i * around + next, i * around + k});
+    }
+}
+
+/// What a body's own shape looks like.
+Solid solid_of(const BodyShape& s) {
+  using Of = Shape::Kind;
+  const std::vector<double>& x = s.shape.sizes();
+  const auto with = [&](Kind kind, const Vector3& size = Vector3::Zero()) {
+    return Solid{.kind = kind, .place = s.pose, .size = size};
+  };
+  const auto round = [&](Kind kind) { return with(kind, {x[0], x.size() > 1 ? x[1] : 0, 0}); };
+  switch (s.shape.kind()) {
+    case Of::Sphere:
+      return round(Kind::Sphere);
+    case Of::HalfSpace:
+      return with(Kind::Plane);
+    case Of::Line: {
+      Solid plane = with(Kind::Plane);
+      plane.place = s.pose * Pose{Vector3::Zero(), rotation({-0.5 * 3.14159265358979323846, 0, 0})};
+      return plane;
+    }
+    case Of::Box:
+      return with(Kind::Box, {x[0], x[1], x[2]});
+    case Of::PlanarBox:
+      return with(Kind::Box, {x[0], x[1], 0});
+    case Of::Capsule:
+      return round(Kind::Capsule);
+    case Of::Cylinder:
+      return round(Kind::Cylinder);
+    case Of::Disc:
+    case Of::PlanarDisc:
+      return round(Kind::Disc);
+    case Of::Superquadric: {
+      Solid solid = with(Kind::Polyhedron);
+      add_superquadric({x[0], x[1], x[2]}, x[3], x[4], solid);
+      return solid;
+    }
+    case Of::Ellipsoid:
+      return with(Kind::Ellipsoid, {x[0], x[1], x[2]});
+    case Of::Ellipse:
+      return with(Kind::Ellipse, {x[0], x[1], 0});
+    case Of::Formula:
+      return with(Kind::Point);
+    case Of::HollowSphere:
+      return round(Kind::HollowSphere);
+    case Of::HollowCylinder:
+      return round(Kind::HollowCylinder);
+    case Of::Polyhedron:
+    case Of::Polygon:
+      break;
+  }
+  Solid solid = with(s.shape.planar() ? Kind::Polygon : Kind::Polyhedron);
+  solid.vertices = s.shape.vertices();
+  solid.faces = s.shape.faces();
+  return solid;
+}
+
 bool same(const Solid& x, const Solid& y) {
   return x.kind == y.kind && x.size == y.size && x.place.p == y.place.p &&
          x.place.q.coeffs() == y.place.q.coeffs() && x.vertices == y.vertices;
@@ -157,6 +230,7 @@ std::vector<std::vector<Solid>> solids_of(const Model& model) {
     add(solids[static_cast<std::size_t>(contact.a.index)], pair.a);
     add(solids[static_cast<std::size_t>(contact.b.index)], pair.b);
   }
+  for (const BodyShape& s : model.shapes()) add(solids[static_cast<std::size_t>(s.body.index)], solid_of(s));
   for (int b = 1; b < static_cast<int>(solids.size()); ++b)
     if (solids[static_cast<std::size_t>(b)].empty())
       add_links(model, {b}, solids[static_cast<std::size_t>(b)]);

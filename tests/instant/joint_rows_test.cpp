@@ -119,8 +119,9 @@ TEST_CASE("stops are contacts along the coordinate, named after the joint", "[jo
   model.set_velocity(x, arm, {0, 0, 3}, {0, 0, 5});
   Instant s;
   evaluate(model, x, s);
-  CHECK(*model.point_names() ==
-        std::vector<std::string>{"elbow.angle.lower", "elbow.angle.upper", "elbow.slide.upper"});
+  REQUIRE(model.point_names()->size() == 3);
+  const char* names[] = {"elbow.angle.lower", "elbow.angle.upper", "elbow.slide.upper"};
+  for (std::size_t i = 0; i < 3; ++i) CHECK((*model.point_names())[i] == names[i]);
   REQUIRE(s.contacts.size() == 3);
   const double gaps[] = {1.4, 1.6, 0.4}, rates[] = {5, -5, -3};
   for (std::size_t i = 0; i < 3; ++i) {

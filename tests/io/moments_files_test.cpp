@@ -51,9 +51,9 @@ TEST_CASE("a pair of materials gives its contacts torsion and rolling", "[scene_
       "[[shape]]\nbody = \"ground\"\nkind = \"half_space\"\nmaterial = \"floor\"\n"
       "[[material_pair]]\na = \"floor\"\nb = \"rubber\"\nmu = 0.5\ntorsion = 0.01\nrolling = 0.002\n";
   const Scene s = read_scene(text, "s.toml");
-  REQUIRE(s.model.contacts().size() == 1);
-  CHECK(s.model.contacts()[0].torsion == 0.01);
-  CHECK(s.model.contacts()[0].rolling == 0.002);
+  REQUIRE(s.model.contact_count() == 1);
+  CHECK(s.model.contact(0).law.torsion == 0.01);
+  CHECK(s.model.contact(0).law.rolling == 0.002);
 }
 
 TEST_CASE("contacts.csv has the moments' impulse on b where contacts have moments, and not where none has",

@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 
 #include "perp/instant/instant.hpp"
 #include "perp/step/lcp_stepper.hpp"
@@ -232,24 +234,26 @@ TEST_CASE("shapes touch the floor and each other where they stand in their links
     evaluate(s.model, s.start, now);
     double least = infinity;
     for (const ContactInstant& c : now.contacts)
-      if (s.model.contacts()[static_cast<std::size_t>(c.contact)].name == name)
+      if (s.model.contact_name(c.contact) == name) {
         least = std::min(least, c.psi_n);
+        CHECK(c.mu == 0.3);
+        CHECK(c.e == 0.1);
+      }
     return least;
   };
-  CHECK(gap("base") == Approx(1.3));
-  CHECK(gap("a-bottom") == Approx(1.3));  // it lies: its axis is along y
-  CHECK(gap("a-top") == Approx(1.3));
-  CHECK(gap("b") == Approx(1.9));
-  CHECK(gap("b_2") == Approx(1.4));
-  CHECK(gap("c") == Approx(1.2));
-  CHECK(gap("base-b") == Approx(0.2));        // 1.5 - 0.1 over 1.2
-  CHECK(gap("base-c") == Approx(2.5 - 0.3));  // beside the face y = 0.5
-  CHECK(s.model.contacts().size() == 8);      // b_2 is in the box; a and b, b and c are joined
-  CHECK(s.model.contacts()[0].mu == 0.3);
-  CHECK(s.model.contacts()[0].e == 0.1);
+  CHECK(gap("ground.floor|base.base") == Approx(1.3));
+  CHECK(gap("ground.floor|a.a") == Approx(1.3));  // it lies: its axis is along y
+  CHECK(gap("ground.floor|b.b") == Approx(1.9));
+  CHECK(gap("ground.floor|b.b_2") == Approx(1.4));
+  CHECK(gap("ground.floor|c.c") == Approx(1.2));
+  CHECK(gap("base.base|b.b") == Approx(0.2));        // 1.5 - 0.1 over 1.2
+  CHECK(gap("base.base|c.c") == Approx(2.5 - 0.3));  // beside the face y = 0.5
+  CHECK(gap("base.base|a.a") == infinity);           // joined, as a and b, b and c
+  CHECK(gap("base.base|b.b_2") == infinity);         // it is in the box
+  CHECK(gap("a.a|c.c") == infinity);                 // no gap of a cylinder and a sphere
   REQUIRE(s.unused.size() == 2);
-  CHECK_THAT(s.unused[0], Contains("1 pair of collision shapes: cylinders meet the floor alone"));
-  CHECK_THAT(s.unused[1], Contains("contact of 'base' with 'b_2': they overlap at the start"));
+  CHECK_THAT(s.unused[0], Contains("1 pair of collision shapes"));
+  CHECK_THAT(s.unused[1], Contains("contact 'base.base|b.b_2': the shapes overlap at the start"));
   CHECK(write_scene(read_scene(write_scene(s), "again.toml")) == write_scene(s));
 }
 
@@ -265,10 +269,47 @@ TEST_CASE("boxes of links that no joint joins meet each other", "[urdf]") {
   evaluate(s.model, s.start, now);
   double least = infinity;
   for (const ContactInstant& c : now.contacts)
-    if (s.model.contacts()[static_cast<std::size_t>(c.contact)].name == "a-b")
-      least = std::min(least, c.psi_n);
+    if (s.model.contact_name(c.contact) == "a.a|b.b") least = std::min(least, c.psi_n);
   CHECK(least == Approx(0.3));
   CHECK(s.unused.empty());
+}
+
+TEST_CASE("meshes of a robot are their convex hulls, and what this adds or leaves out is said", "[urdf]") {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "perp-urdf-mesh-test";
+  std::filesystem::create_directories(folder / "meshes");
+  std::ofstream(folder / "meshes" / "wedge.obj")
+      << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  std::ofstream(folder / "meshes" / "flat.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n";
+  const auto robot_of = [&](const std::string& mesh) {
+    return read_urdf(
+        robot(xml_link("base", inertial(1, 0.1, 0.1, 0.1) + "<collision><origin xyz=\"0 0 1\"/><geometry>" +
+                                   mesh + "</geometry></collision>")),
+        (folder / "r.urdf").string());
+  };
+  const auto least = [](const Scene& s) {
+    Instant now;
+    evaluate(s.model, s.start, now);
+    return now.gap_min();
+  };
+  const Scene wedge = robot_of("<mesh filename=\"package://r/meshes/wedge.obj\" scale=\"1 1 0.5\"/>");
+  REQUIRE(wedge.model.shapes().size() == 2);
+  CHECK(wedge.model.shapes()[0].shape.volume() == Approx(0.5 / 6));
+  CHECK(least(wedge) == Approx(1).epsilon(1e-12));
+  CHECK(wedge.unused.empty());  // it is its own hull
+  const auto said = [&](const std::string& mesh) {
+    const Scene s = robot_of(mesh);
+    std::string all;
+    for (const std::string& what : s.unused) all += what + "\n";
+    return all;
+  };
+  CHECK_THAT(said("<mesh filename=\"meshes/none.stl\"/>"),
+             Contains("none.stl") && Contains("left without any shape"));
+  CHECK_THAT(said("<mesh filename=\"meshes/flat.obj\"/>"), Contains("flat"));
+  CHECK_THAT(said("<mesh filename=\"meshes/wedge.obj\" scale=\"1 -1 1\"/>"), Contains("mirrors"));
+  CHECK_THAT(said("<mesh filename=\"meshes/wedge.dae\"/>"), Contains(".stl or .obj"));
+  const Scene capsule = robot_of("<capsule radius=\"0.2\" length=\"1\"/>");
+  CHECK(least(capsule) == Approx(0.3));
+  CHECK(capsule.unused.empty());
 }
 
 TEST_CASE("a joint that mimics another on the ground is geared to it, and others are said not to be",

@@ -40,7 +40,7 @@ foreach(processor "" -march=native)
   must(${CMAKE_COMMAND} -G ${generator} -S ${CMAKE_CURRENT_LIST_DIR} -B ${programs} -DCMAKE_PREFIX_PATH=${prefix}
        "-DCMAKE_CXX_FLAGS=${flags} ${processor}")
   must(${CMAKE_COMMAND} --build ${programs} --parallel 2)
-  foreach(program program1 program2)
+  foreach(program program1 program2 program3)
     must(${programs}/${program})
     message("${text}")
   endforeach()

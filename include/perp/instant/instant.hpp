@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "perp/model/model.hpp"
+#include "perp/model/point_table.hpp"
 
 namespace perp {
 
@@ -48,8 +49,9 @@ struct WrenchMap {
 
 /// A contact point whose gap exists now.
 struct ContactInstant {
-  int contact = 0;                      ///< in Model::contacts()
+  int contact = 0;                      ///< number, Model::contact
   int point = 0;                        ///< among all points of the model
+  int slot = 0;                         ///< among those of its contact
   double psi_n = 0;                     ///< gap [m]
   Vector3 position = Vector3::Zero();   ///< where impulses act, world axes [m]
   Matrix3 frame = Matrix3::Identity();  ///< columns n, t, o in world axes
@@ -142,14 +144,14 @@ struct Instant {
   };
   std::vector<GeneralizedMass> masses;  ///< of generalized bodies, in the model's order
 
-  std::vector<int> contact_of_point;  ///< of each point of the model, its entry in `contacts`, or -1
-  std::vector<Matrix3> R;             ///< X's rotations, as matrices
-  std::vector<ContactPoint> points;   ///< scratch
+  PointTable<int> contact_of_point{-1};  ///< of each point of the model, its entry in `contacts`, or -1
+  std::vector<Matrix3> R;                ///< X's rotations, as matrices
+  std::vector<ContactPoint> points;      ///< scratch
 };
 
 /// Fills `instant` with the system at x. Sizes are the caller's duty (Model::check). With `like`, tangents t are those of
 /// the contact points there, turned with the normal as little as can be: a method that compares two states keeps its axes.
-/// `only` are the contacts to look at, ascending; all if null.
+/// `only` are the contacts to look at, ascending; all that may touch if null.
 void evaluate(const Model& model, const State& x, Instant& instant, const Instant* like = nullptr,
               const std::vector<int>* only = nullptr);
 

@@ -4,17 +4,18 @@
 #include <utility>
 #include <vector>
 
-#include "perp/model/model.hpp"
+#include "perp/model/shapes_in_reach.hpp"
 
 namespace perp {
 
 /// A gap of known levers (Gap::levers) shrinks by no more than its bodies move: between two configurations by at most
 ///   |dp_A| + |dp_B| + lever_a angle_A + lever_b angle_B.
 /// A contact seen at the gap g is therefore not nearer than `margin` until the bodies have travelled g - margin; a heap, ordered by that
-/// mark, gives up the ones that are due. Purely of configurations: any sequence of them is answered rightly.
+/// mark, gives up the ones that are due. Pairs of shapes are found by the broad phase. Purely of configurations: any sequence of them is
+/// answered rightly.
 class NearContacts {
  public:
-  static constexpr std::size_t worth_it = 64;  ///< contacts of a model; fewer are all near
+  static constexpr std::size_t worth_it = 64;  ///< contacts of a model that may touch; fewer are all near
 
   /// The longest lever of the model's contacts that have one [m].
   double lever(const Model& model);
@@ -40,6 +41,7 @@ class NearContacts {
   std::vector<std::pair<double, int>> waiting_;  // heap: (travelled_ at which to look again, contact)
   std::vector<int> watched_, near_;              // out of the heap; the answer
   std::vector<ContactPoint> points_;
+  ShapesInReach shapes_;
 };
 
 }  // namespace perp

@@ -1,21 +1,34 @@
-// What the bodies of a model look like, and the contacts that this makes.
+// What the bodies of a model look like: shapes at places in bodies, and what materials do to each other.
 #pragma once
 
-#include <map>
-#include <set>
+#include <memory>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include "perp/model/model.hpp"
+#include "perp/model/body.hpp"
 #include "perp/model/shape.hpp"
 
 namespace perp {
 
+struct ShapeGeometry;
+
+/// Handle of a shape in the Model that it was given to.
+struct ShapeId {
+  int index = 0;
+  friend bool operator==(ShapeId, ShapeId) = default;
+};
+
 struct ShapeOptions {
   Pose pose = {};             ///< X_BS
-  std::string material = {};  ///< decides friction and restitution, by set_friction
+  std::string material = {};  ///< decides friction and restitution, by Model::set_friction
   std::string name = {};      ///< its kind, or KIND-2, ... on this body, if empty
+};
+
+/// A body of one shape, which sits at the body's origin along its axes.
+struct ShapeBodyOptions {
+  double density = 0;  ///< [kg/m^3]; of planar shapes [kg/m^2]
+  std::string material = {};
+  std::string name = {};  ///< of the body, as in BodyOptions
+  Pose pose = {};         ///< likewise
 };
 
 /// Of one material on another.
@@ -26,40 +39,14 @@ struct MaterialPair {
   double e = 0;        ///< Newton's restitution, in [0, 1]
 };
 
-/// The shapes of a model's bodies. Once the model has its bodies and joints, add_contacts gives it a contact for every pair of shapes that
-/// may meet: on different bodies, one of which moves, that no joint joins and that are not listed by no_contact. A contact is called
-/// BODY.SHAPE|BODY.SHAPE, the body that the model has first in front, its points that and |NUMBER of the feature (nothing where there is
-/// one). Every function throws std::invalid_argument naming what it cannot take.
-class BodyShapes {
- public:
-  struct Placed {
-    BodyId body;
-    Shape shape;
-    Pose pose;  ///< X_BS
-    std::string material, name;
-  };
-
-  void add(const Model& model, BodyId body, const Shape& shape, ShapeOptions options = {});
-  /// Friction and restitution of shapes of two materials on each other, in either order; without it they have neither.
-  void set_friction(const std::string& material_a, const std::string& material_b, const MaterialPair& pair);
-  void no_contact(BodyId a, BodyId b);
-  /// Leaves out the pairs of shapes that overlap at x, and only these; returns their contacts' names.
-  std::vector<std::string> leave_out_overlapping(const Model& model, const State& x);
-
-  void add_contacts(Model& model) const;
-
-  const std::vector<Placed>& all() const { return shapes_; }
-
- private:
-  using Pair = std::pair<int, int>;  // indices in shapes_, the first on the body of lower number
-  std::vector<Pair> pairs(const Model& model) const;
-  std::string name(const Model& model, const Pair& pair) const;
-  Gap gap(const Pair& pair) const;
-
-  std::vector<Placed> shapes_;
-  std::map<std::pair<std::string, std::string>, MaterialPair> materials_;  // names ascending
-  std::set<std::pair<int, int>> apart_;                                    // bodies, ascending
-  std::set<Pair> left_out_;
+/// A shape as the model keeps it.
+struct BodyShape {
+  BodyId body;
+  Shape shape;
+  Pose pose;  ///< X_BS
+  std::string material, name;
+  int material_number;                            ///< of `material` among the model's
+  std::shared_ptr<const ShapeGeometry> geometry;  ///< as pairs look at it
 };
 
 }  // namespace perp

@@ -1,19 +1,25 @@
 // The system: bodies, joints, contacts, loads. Physics only; no step size, no number of polygon edges.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_set>
 #include <vector>
 
 #include "perp/model/body.hpp"
+#include "perp/model/body_shapes.hpp"
 #include "perp/model/force.hpp"
 #include "perp/model/gap.hpp"
+#include "perp/model/gap_ref.hpp"
 #include "perp/model/inertia.hpp"
 #include "perp/model/joint.hpp"
+#include "perp/model/point_names.hpp"
 #include "perp/model/state.hpp"
 
 namespace perp {
@@ -72,6 +78,15 @@ struct Contact {
   bool has_ellipse() const { return has_moments() || friction_axes; }
 };
 
+/// A contact by its number: a listed one, or that of two shapes.
+struct ContactView {
+  const Contact&
+      law;  ///< friction, restitution, ...: of a listed one all that it is, of shapes what their materials decide
+  BodyId a, b;
+  GapRef gap;
+  int first_point;
+};
+
 struct Momentum {
   Vector3 linear = Vector3::Zero();   ///< [kg m/s]
   Vector3 angular = Vector3::Zero();  ///< about the world's origin [kg m^2/s]
@@ -92,6 +107,19 @@ class Model {
   /// `n` coordinates, 1 to 6; q and nu start at zero.
   BodyId add_generalized(int n, GeneralizedSystem system, std::string name = {});
 
+  /// Spatial or planar as the shape is, mass and inertia by its density; the body's origin is the shape's.
+  BodyId add_body(const Shape& shape, ShapeBodyOptions options);
+  /// Gives a body (the ground too) a shape. Shapes on different bodies, one of which moves, touch wherever they meet, unless a joint joins
+  /// these or no_contact names them: their contact is called BODY.SHAPE|BODY.SHAPE, the body of lower number in front, its points that and
+  /// |NUMBER of the feature (nothing where there is one). A pair that perp has no gap for is refused. Costs nothing for each pair.
+  ShapeId add_shape(BodyId body, const Shape& shape, ShapeOptions options = {});
+  /// Friction and restitution of shapes of two materials on each other, in either order; without it they have neither.
+  void set_friction(const std::string& material_a, const std::string& material_b, const MaterialPair& pair);
+  void no_contact(BodyId a, BodyId b);
+  void no_contact(ShapeId a, ShapeId b);
+  /// Likewise for the pairs of shapes that overlap at x, and only these; returns their contacts' names.
+  std::vector<std::string> leave_out_overlapping(const State& x);
+
   ContactId add_contact(BodyId a, BodyId b, Gap gap, ContactOptions options = {});
   ContactId add_contact(BodyId generalized, GeneralizedGap gap, ContactOptions options = {});
   JointId add_joint(const Joint& joint);
@@ -104,8 +132,48 @@ class Model {
   void add_force(BodyId body, std::function<Wrench(const Model&, const State&)> wrench, Recipe recipe = {});
   void set_gravity(const Vector3& g);  ///< [m/s^2], world axes; (0, 0, -9.81) by default
 
-  const std::vector<Body>& bodies() const { return bodies_; }  ///< [0] is the ground
-  const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::vector<Body>& bodies() const { return bodies_; }         ///< [0] is the ground
+  const std::vector<Contact>& contacts() const { return contacts_; }  ///< those that were added
+  /// Numbers of contacts: those added, in their order, then pairs of shapes, those of later shapes later; some of these may never touch.
+  int contact_count() const { return static_cast<int>(contacts_.size()) + pairs_.pairs(); }
+  ContactView contact(int number) const;
+  std::string contact_name(int number) const;
+  /// Whether shapes i and j may touch, and the number of their contact.
+  bool may_touch(ShapeId i, ShapeId j) const;
+  int contact_of(ShapeId i, ShapeId j) const {
+    return static_cast<int>(contacts_.size()) +
+           PairNumbers::pair(std::min(i.index, j.index), std::max(i.index, j.index));
+  }
+  /// take(number) of every contact that may touch, ascending: without many shapes, which are better asked where they are (BroadPhase).
+  template <class Take>
+  void each_contact(Take take) const {
+    for (int i = 0; i < static_cast<int>(contacts_.size()); ++i) take(i);
+    if (few_pairs()) {
+      for (const int pair : touching_pairs_) take(static_cast<int>(contacts_.size()) + pair);
+      return;
+    }
+    for (int j = 0; j < pairs_.shapes(); ++j)
+      for (int i = 0; i < j; ++i)
+        if (may_touch({i}, {j})) take(contact_of({i}, {j}));
+  }
+  /// take(number) of every point of these.
+  template <class Take>
+  void each_point(Take take) const {
+    each_contact([&](int i) {
+      const ContactView c = contact(i);
+      for (int k = 0; k < c.gap.points(); ++k) take(c.first_point + k);
+    });
+  }
+  int contact_of_point(int point) const;
+  /// How many contacts these are; of many shapes at most so many.
+  std::size_t touching_contacts() const {
+    return few_pairs() ? contacts_.size() + touching_pairs_.size()
+                       : static_cast<std::size_t>(contact_count());
+  }
+  const std::vector<BodyShape>& shapes() const { return shapes_; }
+  const std::map<std::pair<std::string, std::string>, MaterialPair>& materials() const { return materials_; }
+  const std::set<std::pair<int, int>>& bodies_apart() const { return bodies_apart_; }  ///< by no_contact
+  const std::set<std::pair<int, int>>& shapes_apart() const { return shapes_apart_; }  ///< likewise
   const std::vector<JointGeometry>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
   const std::vector<BodyForce>& forces() const { return forces_; }
@@ -116,16 +184,18 @@ class Model {
   const JointGeometry& joint(JointId j) const { return joints_[static_cast<std::size_t>(j.index)]; }
   int nq() const { return nq_; }
   int nv() const { return nv_; }
-  int contact_points() const { return points_; }  ///< of all contacts
-  /// The first contact that has_ellipse(); null if there is none.
+  int contact_points() const { return points_ + pairs_.points(); }  ///< numbers of points of all contacts
+  /// The first contact, or law of two materials, that has_ellipse(); null if there is none.
   const Contact* contact_with_moments() const {
-    return with_moments_ < 0 ? nullptr : &contacts_[static_cast<std::size_t>(with_moments_)];
+    if (with_moments_ >= 0) return &contacts_[static_cast<std::size_t>(with_moments_)];
+    return law_with_moments_ < 0 ? nullptr : &laws_[static_cast<std::size_t>(law_with_moments_)];
   }
   int windings() const { return windings_; }  ///< size of State::winding
 
   BodyId find_body(std::string_view name) const;        ///< throws std::invalid_argument if there is none
   ContactId find_contact(std::string_view name) const;  ///< likewise
   JointId find_joint(std::string_view name) const;      ///< likewise
+  ShapeId find_shape(BodyId body, std::string_view name) const;  ///< likewise
 
   /// All bodies at their BodyOptions::pose, at rest, t = 0.
   State rest() const;
@@ -164,8 +234,7 @@ class Model {
 
   /// A number that differs between any two models that were not copied from each other unchanged.
   std::uint64_t revision() const { return revision_; }
-  /// Names of the contact points: the contact's own, or NAME.0, NAME.1, ... of a patch.
-  std::shared_ptr<const std::vector<std::string>> point_names() const { return point_names_; }
+  std::shared_ptr<const PointNames> point_names() const { return point_names_; }
   /// Names of all joints' coordinates: the joint's own, or JOINT.COORDINATE where it has several; its own also if it has none.
   std::shared_ptr<const std::vector<std::string>> joint_names() const { return joint_names_; }
 
@@ -173,21 +242,35 @@ class Model {
   BodyId add(Body body, BodyOptions options, const char* where);
   ContactId add_contact(BodyId a, BodyId b, Gap gap, GeneralizedGap own, ContactOptions options);
   void add(Contact contact);
+  int most_points(const BodyShape& with) const;
+  void make_laws();
+  void apart_changed();
+  static constexpr int many_shapes = 90;  // whose pairs are not listed one by one: 4,005
+  bool few_pairs() const { return pairs_.shapes() <= many_shapes; }
   const JointCoordinate& need_coordinate(std::string_view where, JointId joint, int coordinate) const;
   void changed();
 
   std::vector<Body> bodies_;
   std::vector<Contact> contacts_;
+  std::vector<BodyShape> shapes_;
+  std::map<std::pair<std::string, std::string>, MaterialPair> materials_;  // names ascending
+  std::set<std::pair<int, int>> joined_, bodies_apart_, shapes_apart_;     // ascending
+  std::vector<std::string> material_names_;                                // of shapes, each once
+  std::vector<Contact> laws_;        // of materials i on j: planar, spatial; at 2 (i n + j) of n
+  std::vector<int> kinds_of_shape_;  // the first shape of each kind that pairs tell from others
+  std::vector<int> touching_pairs_;  // of few_pairs(), ascending
+  PairNumbers pairs_;
   std::vector<JointGeometry> joints_;
   std::vector<Spring> springs_;
   std::vector<BodyForce> forces_;
   std::vector<JointSpring> joint_springs_;
   std::vector<JointMotor> motors_;
   Vector3 gravity_{0, 0, -9.81};
-  int nq_ = 0, nv_ = 0, points_ = 0, windings_ = 0, with_moments_ = -1;
+  int nq_ = 0, nv_ = 0, points_ = 0, windings_ = 0, with_moments_ = -1, law_with_moments_ = -1;
   std::uint64_t revision_ = 0;
   std::unordered_set<std::string> contact_names_;
-  std::shared_ptr<std::vector<std::string>> point_names_, joint_names_;
+  std::shared_ptr<PointNames> point_names_;
+  std::shared_ptr<std::vector<std::string>> joint_names_;
 };
 
 /// q ⊕ h nu: the configuration after moving at the constant velocity nu for the time h. Positions move by h v, orientations

@@ -1,6 +1,8 @@
 // What a body looks like: of shapes come contacts, and mass and inertia.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,15 @@
 #include "perp/model/gap.hpp"
 
 namespace perp {
+
+/// A surface f(x) = 0 in a shape's axes, x in m, with its derivatives; f twice differentiable with a gradient that is not zero near it.
+struct ImplicitSurface {
+  std::function<double(const Vector3& x)> f;
+  std::function<Vector3(const Vector3& x)> gradient;
+  std::function<Matrix3(const Vector3& x)> hessian;  ///< empty: by differences of `gradient`
+  double size = 0;        ///< a length of the surface, that errors are small beside [m]
+  std::string text = {};  ///< f as an expression of x, y, z, where it is one
+};
 
 /// A solid in axes of its own: origin at its centre of volume, axis of capsule, cylinder and disc along z. Makers throw
 /// std::invalid_argument naming the size that no solid can have. Planar shapes (of planar bodies and the ground) lie in the xy plane.
@@ -21,12 +32,15 @@ class Shape {
     Cylinder,
     Disc,
     Ellipsoid,
+    Superquadric,
     Polyhedron,
     HollowSphere,
     HollowCylinder,
+    Formula,
     PlanarDisc,
     PlanarBox,
     Polygon,
+    Ellipse,
     Line
   };
 
@@ -37,11 +51,17 @@ class Shape {
   static Shape cylinder(double radius, double length);
   static Shape disc(double radius);  ///< thin: a coin
   static Shape ellipsoid(const Vector3& semi_axes);
+  /// ((x/a)^(2/e_2) + (y/b)^(2/e_2))^(e_2/e_1) + (z/c)^(2/e_1) <= 1 of absolute values, with exponents (e_1, e_2) in [0.1, 1.9]: 1 rounds as
+  /// an ellipsoid, less is like a box, more like an octahedron.
+  static Shape superquadric(const Vector3& semi_axes, const Vector2& exponents);
   /// The convex hull of points, at least four, not in a plane. The origin moves to the hull's centre of volume.
   static Shape polyhedron(const std::vector<Vector3>& vertices);
   static Shape hollow_sphere(double radius);    ///< solid outside the radius: others are inside
   static Shape hollow_cylinder(double radius);  ///< likewise about z, without ends
+  /// Solid where f < 0: a bowl, a cam, a track. Meets spheres and particles.
+  static Shape formula(ImplicitSurface surface);
   static Shape planar_disc(double radius);
+  static Shape ellipse(double a, double b);  ///< semi-axes along x and y
   static Shape box(double width, double height);
   static Shape polygon(const std::vector<Vector2>& vertices);  ///< convex hull of at least three
   static Shape line();                                         ///< solid below y = 0
@@ -52,6 +72,7 @@ class Shape {
   const std::vector<std::vector<int>>& faces() const {
     return faces_;
   }  ///< of polyhedra: loops, counter-clockwise from outside
+  const ImplicitSurface& surface() const { return *surface_; }  ///< of a formula
   const Vector3& centre() const {
     return centre_;
   }  ///< of a polyhedron or polygon in the axes its vertices were given in
@@ -76,6 +97,7 @@ class Shape {
   std::vector<Vector3> vertices_;
   std::vector<std::vector<int>> faces_;
   Vector3 centre_ = Vector3::Zero();
+  std::shared_ptr<const ImplicitSurface> surface_;
 };
 
 /// The gap between two shapes that sit at X_AS, X_BS in their bodies, each of its points a feature of both; throws

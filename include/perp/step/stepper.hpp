@@ -107,7 +107,7 @@ struct StepReport : StepFigures {
   /// std::invalid_argument for a name that the model does not have.
   JointImpulse joint(std::string_view name) const;
 
-  std::shared_ptr<const std::vector<std::string>> point_names;
+  std::shared_ptr<const PointNames> point_names;
   std::shared_ptr<const std::vector<std::string>> joint_names;  ///< of the rows of `joints`
 };
 

@@ -82,7 +82,8 @@ class Trajectory {
   std::vector<ContactRow> contacts_, halves_;
   std::vector<JointImpulse> joints_;
   std::vector<std::size_t> contacts_end_, halves_end_, joints_end_;  // of each step, in those above
-  std::shared_ptr<const std::vector<std::string>> point_names_, joint_names_;
+  std::shared_ptr<const PointNames> point_names_;
+  std::shared_ptr<const std::vector<std::string>> joint_names_;
 };
 
 /// What simulate() asks of a method that chooses its steps.

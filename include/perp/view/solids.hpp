@@ -44,7 +44,7 @@ struct Solid {
 
 [[nodiscard]] std::string_view name_of(Solid::Kind kind);  ///< "sphere", "hollow_sphere", ...
 
-/// The solids of every body of the model (the ground's first): those that its contacts' gaps are between, each once; where a
+/// The solids of every body of the model (the ground's first): its shapes, and those that its contacts' gaps are between, each once; where a
 /// body has none, sticks from its origin to its joints. A body that has neither gets an empty list, and is drawn as its axes.
 [[nodiscard]] std::vector<std::vector<Solid>> solids_of(const Model& model);
 

@@ -2,8 +2,8 @@
 
 namespace perp {
 
-InHollow::InHollow(double radius, bool cylinder, const Pose& X_AS, Polytope b)
-    : radius_(radius), cylinder_(cylinder), X_AS_(X_AS), b_(std::move(b)) {}
+InHollow::InHollow(double radius, bool cylinder, const Pose& X_AS, const Polytope& b)
+    : radius_(radius), cylinder_(cylinder), X_AS_(X_AS), b_(b) {}
 
 void InHollow::evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const {
   const Vector3 centre = X_WA * X_AS_.p, axis = X_WA.q * (X_AS_.q * Vector3::UnitZ());

@@ -8,10 +8,10 @@
 
 namespace perp {
 
-/// Corners of B, blown up by its radius, within the distance R of A's origin, or of A's z axis: a convex solid is inside when they are.
+/// Corners of B, which outlives the pair, blown up by its radius, within the distance R of A's origin, or of A's z axis: a convex solid is inside when they are.
 class InHollow {
  public:
-  InHollow(double radius, bool cylinder, const Pose& X_AS, Polytope b);
+  InHollow(double radius, bool cylinder, const Pose& X_AS, const Polytope& b);
 
   int points() const { return static_cast<int>(b_.corners.size()); }
   double lever_a() const { return cylinder_ ? infinity : X_AS_.p.norm(); }
@@ -24,7 +24,7 @@ class InHollow {
   double radius_;
   bool cylinder_;
   Pose X_AS_;
-  Polytope b_;
+  const Polytope& b_;
 };
 
 }  // namespace perp

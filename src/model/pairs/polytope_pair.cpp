@@ -84,14 +84,24 @@ struct PolytopePair::Placed {
   Vector3 back(const Vector3& x) const { return R.transpose() * (x - X_AB.p); }
 };
 
-PolytopePair::PolytopePair(Polytope a, Polytope b)
-    : a_(std::move(a)),
-      b_(std::move(b)),
+PolytopePair::PolytopePair(const Polytope* a, const Polytope* b)
+    : a_(*a),
+      b_(*b),
       corners_a_(static_cast<int>(a_.corners.size())),
       corners_b_(static_cast<int>(b_.corners.size())),
       edges_a_(static_cast<int>(a_.edges.size())),
       edges_b_(static_cast<int>(b_.edges.size())),
       slack_(rounding * std::max(a_.size, b_.size)) {}
+
+PolytopePair::PolytopePair(std::shared_ptr<const Polytope> a, std::shared_ptr<const Polytope> b)
+    : PolytopePair(a.get(), b.get()) {
+  own_a_ = std::move(a);
+  own_b_ = std::move(b);
+}
+
+PolytopePair::PolytopePair(Polytope a, Polytope b)
+    : PolytopePair(std::make_shared<const Polytope>(std::move(a)),
+                   std::make_shared<const Polytope>(std::move(b))) {}
 
 /// Whether the lines of two edges are nearest to each other within both, the normal there close to both edges' cones (`strict`: in them).
 bool PolytopePair::edges_meet(const Polytope::Edge& a, const Polytope::Edge& b, const Placed& B, Witness& w,

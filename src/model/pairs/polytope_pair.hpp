@@ -1,6 +1,7 @@
 // Two convex solids of flat faces: the features that meet, each a smooth gap of its own.
 #pragma once
 
+#include <memory>
 #include <span>
 
 #include "model/pairs/polytope.hpp"
@@ -20,6 +21,8 @@ namespace perp {
 class PolytopePair {
  public:
   PolytopePair(Polytope a, Polytope b);
+  /// Of two that outlive it: makes nothing of its own.
+  PolytopePair(const Polytope* a, const Polytope* b);
 
   int points() const { return corners_b_ + corners_a_ + edges_a_ * edges_b_; }
   double lever_a() const { return a_.reach(); }
@@ -55,7 +58,10 @@ class PolytopePair {
   void face_axes(const Placed& B, Axis& axis) const;
   MovingWitness moving(const Feature& f, const Pose& X_WA, const Pose& X_WB) const;
 
-  Polytope a_, b_;
+  PolytopePair(std::shared_ptr<const Polytope> a, std::shared_ptr<const Polytope> b);
+
+  std::shared_ptr<const Polytope> own_a_, own_b_;  // null where others have them
+  const Polytope &a_, &b_;
   int corners_a_, corners_b_, edges_a_, edges_b_;
   double slack_;  // lengths below count as none [m]
 };

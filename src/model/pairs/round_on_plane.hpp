@@ -1,6 +1,7 @@
-// Circles and ellipsoids of B on a plane of A.
+// Circles of B on a plane of A.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,50 +10,40 @@
 
 namespace perp {
 
-/// The rims of a disc (one) or a cylinder (two), each with its lowest point, which rolls, and with points fixed on it, for where it lies
-/// or stands flat: there all of the rim is lowest, and the lowest point alone says nothing of what carries it. Down to a tilt of `flat`
-/// the lowest point is exact; below it is that along -x of B and moves as one fixed in B.
-class RimsOnPlane {
- public:
-  /// One disc about `centres[i]` each, axis along z of B.
-  RimsOnPlane(std::vector<Vector3> centres, double radius, const Plane& plane, const Pose& X_BS = {});
-
-  int points() const { return static_cast<int>(rims_.size()) * (1 + fixed); }
-  double lever_a() const { return infinity; }
-  double lever_b() const { return reach_; }
-
-  void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const;
-  void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const;
-
- private:
+/// The circles of a disc (one) or a cylinder (two) about the z axis of a place X_BS, with eight points fixed on each.
+struct Rims {
   static constexpr int fixed = 8;
   struct Rim {
     Vector3 centre;
     std::vector<Vector3> points;
   };
 
-  std::vector<Rim> rims_;  // B's axes
-  Vector3 axis_, aside_;   // unit; aside_ across the axis: where the lowest point is of a rim that lies flat
-  double radius_, reach_ = 0;
-  Plane plane_;
+  Rims(const std::vector<Vector3>& centres, double radius, const Pose& X_BS);
+
+  std::vector<Rim> all;  ///< B's axes
+  Vector3 axis, aside;   ///< unit; aside across the axis: where the lowest point is of a rim that lies flat
+  double radius, reach = 0;
 };
 
-/// The lowest point of an ellipsoid at X_BS.
-class EllipsoidOnPlane {
+/// The rims on a plane, each with its lowest point, which rolls, and with its fixed points, for where it lies or stands flat: there all of
+/// the rim is lowest, and the lowest point alone says nothing of what carries it. Down to a tilt of `flat` the lowest point is exact;
+/// below it is that along -x of B and moves as one fixed in B.
+class RimsOnPlane {
  public:
-  EllipsoidOnPlane(const Vector3& semi_axes, const Plane& plane, const Pose& X_BS);
+  RimsOnPlane(const Rims& rims, const Plane& plane) : rims_(&rims), plane_(plane) {}
+  RimsOnPlane(std::shared_ptr<const Rims> rims, const Plane& plane)
+      : own_(std::move(rims)), rims_(own_.get()), plane_(plane) {}
 
-  int points() const { return 1; }
+  int points() const { return static_cast<int>(rims_->all.size()) * (1 + Rims::fixed); }
   double lever_a() const { return infinity; }
-  double lever_b() const { return reach_; }
+  double lever_b() const { return rims_->reach; }
 
   void evaluate(const Pose& X_WA, const Pose& X_WB, std::span<ContactPoint> out) const;
   void differentiate(const Pose& X_WA, const Pose& X_WB, std::span<ContactDerivative> out) const;
 
  private:
-  Matrix3 D_;  // B's axes: support point D m/√(mᵀ D m)
-  Vector3 centre_;
-  double reach_;
+  std::shared_ptr<const Rims> own_;  // null where others have them
+  const Rims* rims_;
   Plane plane_;
 };
 

@@ -54,22 +54,28 @@ Hull by_qhull(const char* where, const std::vector<Vector3>& points) {
       qh_new_qhull(qh, 3, static_cast<int>(points.size()), numbers.data(), False, command, nowhere, nowhere);
   if (nowhere != nullptr) std::fclose(nowhere);
   if (status != 0) refuse(where, "vertices", "flat", "need to span a solid");
+  std::vector<std::vector<int>> loops;
   std::map<int, int> number;  // of a point that is a corner
-  Hull hull;
   for (const facetT* facet = qh->facet_list; facet != nullptr && facet->next != nullptr;
        facet = facet->next) {
     std::vector<int> corners;
     vertexT *vertex = nullptr, **vertexp = nullptr;
     FOREACHvertex_(facet->vertices) corners.push_back(qh_pointid(qh, vertex->point));
-    std::vector<int> loop =
-        loop_of(corners, points, Vector3(facet->normal[0], facet->normal[1], facet->normal[2]));
-    for (int& i : loop) {
-      const auto [place, fresh] = number.emplace(i, static_cast<int>(hull.vertices.size()));
-      if (fresh) hull.vertices.push_back(points[at(i)]);
-      i = place->second;
-    }
-    hull.faces.push_back(std::move(loop));
+    loops.push_back(loop_of(corners, points, Vector3(facet->normal[0], facet->normal[1], facet->normal[2])));
+    for (const int i : loops.back()) number.emplace(i, 0);
   }
+  // in the order of the points given, each face from its first corner on: the hull of a hull is itself, number by number
+  Hull hull;
+  for (auto& [point, place] : number) {
+    place = static_cast<int>(hull.vertices.size());
+    hull.vertices.push_back(points[at(point)]);
+  }
+  for (std::vector<int>& loop : loops) {
+    for (int& i : loop) i = number.at(i);
+    std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
+  }
+  std::sort(loops.begin(), loops.end());
+  hull.faces = std::move(loops);
   return hull;
 }
 #endif

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/index.hpp"
+#include "model/gap_maker.hpp"
 #include "model/shapes/hull.hpp"
 #include "perp/core/errors.hpp"
 
@@ -11,13 +12,29 @@ namespace perp {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-double length(const char* where, const char* argument, double value) {
-  if (!(value > 0) || !std::isfinite(value))
-    refuse(where, argument, value, "needs to be positive and finite [m]");
-  return value;
+Matrix3 diagonal(double x, double y, double z) { return Vector3(x, y, z).asDiagonal(); }
+
+double beta(double x, double y) { return std::exp(std::lgamma(x) + std::lgamma(y) - std::lgamma(x + y)); }
+
+/// ‖(x, y)‖ of exponent p, and its gradient: without overflow or underflow of the powers.
+double norm_of(double p, double x, double y, Vector2& gradient) {
+  const double largest = std::max(std::abs(x), std::abs(y));
+  gradient.setZero();
+  if (!(largest > 0)) return 0;
+  const double u = std::abs(x) / largest, v = std::abs(y) / largest;
+  const double n = std::pow(std::pow(u, p) + std::pow(v, p), 1 / p);
+  gradient = {std::copysign(std::pow(u / n, p - 1), x), std::copysign(std::pow(v / n, p - 1), y)};
+  return largest * n;
 }
 
-Matrix3 diagonal(double x, double y, double z) { return Vector3(x, y, z).asDiagonal(); }
+/// The gradient of the support function: of the dual norms of the two that the shape's own is made of.
+Vector3 superquadric_support(const Vector3& a, double e1, double e2, const Vector3& d) {
+  const auto dual = [](double e) { return 2 / (2 - e); };  // p = 2/e, 1/p + 1/q = 1
+  Vector2 inner, outer;
+  const double across = norm_of(dual(e2), a.x() * d.x(), a.y() * d.y(), inner);
+  norm_of(dual(e1), across, a.z() * d.z(), outer);
+  return {a.x() * outer.x() * inner.x(), a.y() * outer.x() * inner.y(), a.z() * outer.y()};
+}
 
 /// Volume, first and second moments (∫ x xᵀ) of the tetrahedra that a surface makes with the origin.
 struct Moments {
@@ -53,6 +70,15 @@ Moments moments_of(const std::vector<Vector3>& loop) {
     m.second += area / 12 * (a * a.transpose() + b * b.transpose() + sum * sum.transpose());
   }
   return m;
+}
+
+/// Zero where it is that but for rounding, so that vertices about their centre stay what they are.
+Vector3 centre_of(const Moments& m, const std::vector<Vector3>& vertices) {
+  constexpr double rounding = 1e-14;  // of the size
+  double size = 0;
+  for (const Vector3& x : vertices) size = std::max(size, x.norm());
+  const Vector3 centre = m.first / m.volume;
+  return centre.norm() > rounding * size ? centre : Vector3::Zero();
 }
 
 /// Counter-clockwise, without points on or within it: Andrew's monotone chain.
@@ -111,12 +137,30 @@ Shape Shape::ellipsoid(const Vector3& semi_axes) {
   return {Kind::Ellipsoid, {semi_axes.x(), semi_axes.y(), semi_axes.z()}};
 }
 
+Shape Shape::superquadric(const Vector3& semi_axes, const Vector2& exponents) {
+  for (const double a : semi_axes) length("Shape::superquadric", "semi_axes", a);
+  for (const double e : exponents)
+    if (!(e >= 0.1 && e <= 1.9)) refuse("Shape::superquadric", "exponents", e, "need to be in [0.1, 1.9]");
+  return {Kind::Superquadric, {semi_axes.x(), semi_axes.y(), semi_axes.z(), exponents.x(), exponents.y()}};
+}
+Shape Shape::ellipse(double a, double b) {
+  return {Kind::Ellipse, {length("Shape::ellipse", "a", a), length("Shape::ellipse", "b", b)}};
+}
+Shape Shape::formula(ImplicitSurface surface) {
+  if (!surface.f || !surface.gradient)
+    refuse("Shape::formula", "surface", "without f or gradient", "needs both as functions");
+  length("Shape::formula", "size", surface.size);
+  Shape shape(Kind::Formula, {});
+  shape.surface_ = std::make_shared<const ImplicitSurface>(std::move(surface));
+  return shape;
+}
+
 Shape Shape::polyhedron(const std::vector<Vector3>& vertices) {
   Shape shape(Kind::Polyhedron, {});
   Hull hull = convex_hull("Shape::polyhedron", vertices);
   const Moments m = moments_of(hull.vertices, hull.faces);
   if (!(m.volume > 0)) refuse("Shape::polyhedron", "vertices", "flat", "need to span a solid");
-  shape.centre_ = m.first / m.volume;
+  shape.centre_ = centre_of(m, hull.vertices);
   for (Vector3& x : hull.vertices) x -= shape.centre_;
   shape.vertices_ = std::move(hull.vertices);
   shape.faces_ = std::move(hull.faces);
@@ -132,15 +176,16 @@ Shape Shape::polygon(const std::vector<Vector2>& vertices) {
     refuse("Shape::polygon", "vertices", std::to_string(shape.vertices_.size()) + " corners",
            "need three at least that are not in line");
   const Moments m = moments_of(shape.vertices_);
-  shape.centre_ = m.first / m.volume;
+  shape.centre_ = centre_of(m, shape.vertices_);
   for (Vector3& x : shape.vertices_) x -= shape.centre_;
   return shape;
 }
 
 std::string_view Shape::name() const {
   static constexpr std::string_view names[] = {
-      "sphere",        "half_space",      "box",  "capsule", "cylinder", "disc", "ellipsoid", "polyhedron",
-      "hollow_sphere", "hollow_cylinder", "disc", "box",     "polygon",  "line"};
+      "sphere",       "half_space", "box",           "capsule",         "cylinder", "disc", "ellipsoid",
+      "superquadric", "polyhedron", "hollow_sphere", "hollow_cylinder", "formula",  "disc", "box",
+      "polygon",      "ellipse",    "line"};
   return names[static_cast<std::size_t>(kind_)];
 }
 
@@ -157,12 +202,16 @@ double Shape::volume() const {
       return pi * s[0] * s[0] * s[1];
     case Kind::Ellipsoid:
       return 4.0 / 3 * pi * s[0] * s[1] * s[2];
+    case Kind::Superquadric:
+      return 2 * s[0] * s[1] * s[2] * s[3] * s[4] * beta(s[3] / 2 + 1, s[3]) * beta(s[4] / 2, s[4] / 2);
     case Kind::Polyhedron:
       return moments_of(vertices_, faces_).volume;
     case Kind::PlanarDisc:
       return pi * s[0] * s[0];
     case Kind::PlanarBox:
       return s[0] * s[1];
+    case Kind::Ellipse:
+      return pi * s[0] * s[1];
     case Kind::Polygon:
       return moments_of(vertices_).volume;
     case Kind::Disc:
@@ -199,12 +248,20 @@ Matrix3 Shape::moments() const {
     case Kind::Ellipsoid:
       return v / 5 *
              diagonal(s[1] * s[1] + s[2] * s[2], s[0] * s[0] + s[2] * s[2], s[0] * s[0] + s[1] * s[1]);
+    case Kind::Superquadric: {  // [JLS00, ch. 2]: integrals of x^2, y^2 and z^2
+      const double e = s[3], f = s[4], all = s[0] * s[1] * s[2] * e * f / 2;
+      const double across = all * beta(1.5 * f, f / 2) * beta(e / 2, 2 * e + 1);
+      const double along = 4 * all * beta(f / 2, f / 2 + 1) * beta(1.5 * e, e + 1);
+      return of_second(diagonal(across * s[0] * s[0], across * s[1] * s[1], along * s[2] * s[2]));
+    }
     case Kind::Polyhedron:
       return of_second(moments_of(vertices_, faces_).second);
     case Kind::PlanarDisc:
       return diagonal(0, 0, v * s[0] * s[0] / 2);
     case Kind::PlanarBox:
       return diagonal(0, 0, v / 12 * (s[0] * s[0] + s[1] * s[1]));
+    case Kind::Ellipse:
+      return diagonal(0, 0, v / 4 * (s[0] * s[0] + s[1] * s[1]));
     case Kind::Polygon:
       return diagonal(0, 0, moments_of(vertices_).second.trace());
     default:
@@ -237,6 +294,12 @@ Vector3 Shape::support(const Vector3& d) const {
       const Vector3 D(s[0] * s[0], s[1] * s[1], s[2] * s[2]);
       return D.cwiseProduct(d) / std::sqrt(d.dot(D.cwiseProduct(d)));
     }
+    case Kind::Ellipse: {
+      const double h = std::hypot(s[0] * d.x(), s[1] * d.y());
+      return h > 0 ? Vector3(s[0] * s[0] * d.x() / h, s[1] * s[1] * d.y() / h, 0) : Vector3(s[0], 0, 0);
+    }
+    case Kind::Superquadric:
+      return superquadric_support({s[0], s[1], s[2]}, s[3], s[4], d);
     case Kind::PlanarBox:
       return 0.5 * Vector3(sign(d.x()) * s[0], sign(d.y()) * s[1], 0);
     case Kind::Polyhedron:
@@ -265,6 +328,10 @@ double Shape::reach() const {
       return std::hypot(s[0], s[1] / 2);
     case Kind::Ellipsoid:
       return std::max({s[0], s[1], s[2]});
+    case Kind::Superquadric:  // within its box
+      return Vector3(s[0], s[1], s[2]).norm();
+    case Kind::Ellipse:
+      return std::max(s[0], s[1]);
     case Kind::Polyhedron:
     case Kind::Polygon: {
       double longest = 0;
