@@ -86,10 +86,10 @@ Scene stairs(Parameters& set) {
 /// one's face, just below the edge of that. Both carry the ceiling. Two cards that met edge to edge would have no normal.
 Scene card_house(Parameters& set) {
   const double mu = set.number("mu", 0.6, "friction coefficient [-]", not_negative);
-  const double lean = set.number("lean", 0.26, "of the left cards from the vertical [rad]", {0.05, 0.5});
+  const double lean = set.number("lean", 0.22, "of the left cards from the vertical [rad]", {0.05, 0.5});
   const int storeys = set.count("storeys", 3, "storeys [-]", 1, 10);
   const double length = 0.09, width = 0.06, thick = 0.001, density = 800;
-  const double more = lean + 0.02, top = length * std::cos(lean) + thick * std::sin(lean);
+  const double more = lean + 0.04, top = length * std::cos(lean) + thick * std::sin(lean);
   const double longer = (top - thick * std::sin(more)) / std::cos(more);
   const double along_left = longer * std::cos(more) / std::cos(lean);  // to the right card's edge
   const double right_foot = along_left * std::sin(lean) + longer * std::sin(more);

@@ -92,7 +92,7 @@ TEST_CASE("a box tumbles down the stairs", "[shape_scenes]") {
 }
 
 TEST_CASE("a house of cards stands, and without friction it does not", "[shape_scenes]") {
-  for (const std::string method : {"ncp", "ncp2"}) {
+  for (const std::string method : {"lcp", "ncp", "ncp2"}) {
     INFO(method);
     const Ran r = ran("card-house", {{"storeys", 2}}, method, 0.005, 0.25);
     for (int b = 1; b < static_cast<int>(r.scene.model.bodies().size()); ++b)
