@@ -176,8 +176,8 @@ void evaluate_joints(const Model& model, const State& x, Instant& s) {
       JointRowInstant row = joint_row(model, x, s, i, joint.coordinates[static_cast<std::size_t>(k)].row);
       row.coordinate = k;
       s.joint_coordinates.push_back(row);
-      if (k == 0 && joint.friction > 0) {
-        row.friction = joint.friction;
+      if (!joint.frictions.empty() && joint.frictions[static_cast<std::size_t>(k)] > 0) {
+        row.friction = joint.frictions[static_cast<std::size_t>(k)];
         s.joint_frictions.push_back(row);
       }
       if (const auto& motion = joint.motions[static_cast<std::size_t>(k)]) {

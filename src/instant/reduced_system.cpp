@@ -1,5 +1,6 @@
 #include "perp/instant/reduced_system.hpp"
 
+#include <algorithm>
 #include <Eigen/QR>
 
 #include "core/index.hpp"
@@ -36,49 +37,69 @@ Eigen::Matrix<double, C, D> couple(const WrenchMap<C>& W, const WrenchMap<D>& Y)
 
 }  // namespace
 
+void ReducedSystem::find_parts(const Instant& instant, const Island& island) {
+  const std::size_t contacts = island.contacts.size();
+  offset_.resize(contacts);
+  parts_.resize(std::max(contacts, parts_.size()));
+  std::size_t count = 0;
+  int rows = 0;
+  const auto add = [&](int contact, bool moments, int size, const std::array<int, 3>& column) {
+    if (count == parts_.size()) parts_.emplace_back();
+    Part& part = parts_[count++];
+    part.contact = contact;
+    part.moments = moments;
+    part.row = rows;
+    part.count = size;
+    part.column = column;
+    rows += size;
+  };
+  for (std::size_t i = 0; i < contacts; ++i) {
+    const ContactInstant& c = instant.contacts[at(island.contacts[i])];
+    offset_[i] = rows;
+    add(island.contacts[i], false, 1 + c.tangents, {0, 1, 2});
+    const MomentInstant* m = instant.moments_of(c);
+    if (m != nullptr && m->rows(c.tangents) > 0)
+      add(island.contacts[i], true, m->rows(c.tangents), m->columns(c.tangents));
+  }
+  parts_.resize(count);
+  frictions_ = rows;
+}
+
 void ReducedSystem::assemble(const Model& model, const Instant& instant, const Island& island,
                              const Vector& nu_free, const Vector& joint_bias) {
-  const std::size_t contacts = island.contacts.size(), frictions = island.joint_frictions.size();
-  const auto contact = [&](std::size_t i) -> const ContactInstant& {
-    return instant.contacts[at(island.contacts[i])];
-  };
+  const std::size_t frictions = island.joint_frictions.size();
   const auto friction = [&](std::size_t i) -> const JointRowInstant& {
     return instant.joint_frictions[at(island.joint_frictions[i])];
   };
-
-  offset_.resize(contacts);
-  contact_Y_.resize(contacts);
+  find_parts(instant, island);
+  for (Part& part : parts_) solve_mass(model, instant, part.W(instant), part.Y);
+  const int rows = frictions_ + static_cast<int>(frictions);
   friction_Y_.resize(frictions);
-  int rows = 0;
-  for (std::size_t i = 0; i < contacts; ++i) {
-    offset_[i] = rows;
-    rows += 1 + contact(i).tangents;
-    solve_mass(model, instant, contact(i).W, contact_Y_[i]);
-  }
-  frictions_ = rows;
-  rows += static_cast<int>(frictions);
   for (std::size_t i = 0; i < frictions; ++i) solve_mass(model, instant, friction(i).W, friction_Y_[i]);
 
   W.resize(rows, rows);
   q.resize(rows);
-  for (std::size_t i = 0; i < contacts; ++i) {
-    const int n = 1 + contact(i).tangents;
-    q.segment(offset_[i], n) = contact(i).velocity(nu_free).head(n);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
+    const ContactInstant& c = instant.contacts[at(part.contact)];
+    const Vector3 u = part.moments ? instant.moments_of(c)->velocity(nu_free) : c.velocity(nu_free);
+    for (int k = 0; k < part.count; ++k) q[part.row + k] = u[part.column[at(k)]];
     for (std::size_t j = 0; j <= i; ++j) {
-      const int m = 1 + contact(j).tangents;
-      const Matrix3 S = couple(contact(i).W, contact_Y_[j]);
-      W.block(offset_[i], offset_[j], n, m) = S.topLeftCorner(n, m);
-      if (j < i) W.block(offset_[j], offset_[i], m, n) = S.topLeftCorner(n, m).transpose();
+      const Part& other = parts_[j];
+      const int n = part.count, m = other.count;
+      Matrix3 S = couple(part.W(instant), other.Y);
+      if (part.moments || other.moments) S = S(part.column, other.column).eval();
+      W.block(part.row, other.row, n, m) = S.topLeftCorner(n, m);
+      if (j < i) W.block(other.row, part.row, m, n) = S.topLeftCorner(n, m).transpose();
     }
   }
   for (std::size_t i = 0; i < frictions; ++i) {
     const int row = frictions_ + static_cast<int>(i);
     q[row] = friction(i).velocity(nu_free);
-    for (std::size_t j = 0; j < contacts; ++j) {
-      const int m = 1 + contact(j).tangents;
-      const Eigen::RowVector3d S = couple(friction(i).W, contact_Y_[j]);
-      W.block(row, offset_[j], 1, m) = S.head(m);
-      W.block(offset_[j], row, m, 1) = S.head(m).transpose();
+    for (const Part& part : parts_) {
+      const Eigen::RowVector3d S = couple(friction(i).W, part.Y);
+      for (int k = 0; k < part.count; ++k)
+        W(row, part.row + k) = W(part.row + k, row) = S[part.column[at(k)]];
     }
     for (std::size_t j = 0; j <= i; ++j)
       W(row, frictions_ + static_cast<int>(j)) = W(frictions_ + static_cast<int>(j), row) =
@@ -104,9 +125,9 @@ void ReducedSystem::eliminate_joints(const Model& model, const Instant& instant,
   for (int i = 0; i < equations; ++i) solve_mass(model, instant, row(i).W, joint_Y_[at(i)]);
   for (int i = 0; i < equations; ++i) {
     for (int j = 0; j <= i; ++j) N_(i, j) = N_(j, i) = couple(row(i).W, joint_Y_[at(j)])(0, 0);
-    for (std::size_t j = 0; j < island.contacts.size(); ++j) {
-      const int m = 1 + instant.contacts[at(island.contacts[j])].tangents;
-      C_.block(i, offset_[j], 1, m) = couple(row(i).W, contact_Y_[j]).head(m);
+    for (const Part& part : parts_) {
+      const Eigen::RowVector3d S = couple(row(i).W, part.Y);
+      for (int k = 0; k < part.count; ++k) C_(i, part.row + k) = S[part.column[at(k)]];
     }
     for (std::size_t j = 0; j < island.joint_frictions.size(); ++j)
       C_(i, frictions_ + static_cast<int>(j)) = couple(row(i).W, friction_Y_[j])(0, 0);
@@ -161,9 +182,10 @@ void ReducedSystem::compliance(const Model& model, const Instant& instant, const
     C.noalias() += c * NC_.row(row).transpose() * NC_.row(row);
     k.noalias() -= c * p0_[row] * NC_.row(row).transpose();
   }
-  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
-    const ContactInstant& c = instant.contacts[at(island.contacts[i])];
-    C.diagonal().segment(offset_[i], 1 + c.tangents).array() += compliance_of(model, c);
+  for (const Part& part : parts_) {
+    const ContactInstant& c = instant.contacts[at(part.contact)];
+    C.diagonal().segment(part.row, part.count).array() +=
+        part.moments ? moments_compliance_of(model, c) : compliance_of(model, c);
   }
   for (std::size_t i = 0; i < island.joint_frictions.size(); ++i)
     C.diagonal()[frictions_ + static_cast<int>(i)] +=
@@ -172,11 +194,10 @@ void ReducedSystem::compliance(const Model& model, const Instant& instant, const
 
 void ReducedSystem::add_impulses(const Instant& instant, const Island& island, const Vector& r,
                                  Vector& impulse, Vector& reactions) const {
-  for (std::size_t i = 0; i < island.contacts.size(); ++i) {
-    const ContactInstant& c = instant.contacts[at(island.contacts[i])];
+  for (const Part& part : parts_) {
     Vector3 p = Vector3::Zero();
-    p.head(1 + c.tangents) = r.segment(offset_[i], 1 + c.tangents);
-    c.W.add_impulse(p, impulse);
+    for (int k = 0; k < part.count; ++k) p[part.column[at(k)]] = r[part.row + k];
+    part.W(instant).add_impulse(p, impulse);
   }
   for (std::size_t i = 0; i < island.joint_frictions.size(); ++i)
     instant.joint_frictions[at(island.joint_frictions[i])].W.add_impulse(

@@ -65,7 +65,10 @@ void read_joint(const SceneTable& table, Model& model) {
   if (screws) options.lead = table.number("lead", Dimension::Length);
   if (geared) options.ratio = table.number("ratio", Dimension::None);
   const bool slides = joint.kind == JointKind::Prismatic;
-  options.friction = table.number("friction", slides ? Dimension::Force : Dimension::Moment, 0);
+  if (table.has("friction") && table.toml().find("friction")->value.kind == TomlValue::Kind::List)
+    options.frictions = table.numbers("friction", 1, 3, Dimension::Any);  // [N m] of angles, [N] of slides
+  else
+    options.friction = table.number("friction", slides ? Dimension::Force : Dimension::Moment, 0);
   table.placed([&] { return model.add_joint(joint); });
 }
 
@@ -188,7 +191,9 @@ class JointWriter {
     if (!joint.asked.axis_b.isZero(0)) line("axis_b", written(joint.asked.axis_b));
     if (joint.kind == JointKind::Screw) line("lead", shortest(joint.asked.lead));
     if (joint.kind == JointKind::Gear) line("ratio", shortest(joint.asked.ratio));
-    if (joint.friction > 0) line("friction", shortest(joint.friction));
+    if (joint.asked.friction > 0) line("friction", shortest(joint.asked.friction));
+    if (!joint.asked.frictions.empty())
+      line("friction", written(std::span<const double>(joint.asked.frictions)));
   }
 
   void motions(JointId id) {

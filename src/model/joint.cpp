@@ -81,7 +81,13 @@ void check_options(const std::string& where, const Joint& joint) {
   if (!(options.friction >= 0) || !std::isfinite(options.friction))
     refuse(where, "friction", options.friction, "needs to be >= 0 and finite [N m or N]");
   if (options.friction > 0 && !one_freedom(joint.kind))
-    refuse(where, "friction", options.friction, "needs a joint with one degree of freedom");
+    refuse(where, "friction", options.friction,
+           "needs a joint with one degree of freedom; of several coordinates frictions has each");
+  for (const double friction : options.frictions)
+    if (!(friction >= 0) || !std::isfinite(friction))
+      refuse(where, "frictions", friction, "needs to be >= 0 and finite [N m or N]");
+  if (options.friction > 0 && !options.frictions.empty())
+    refuse(where, "frictions", "given", "needs friction or frictions, not both");
   if (joint.kind == JointKind::Screw && (!std::isfinite(options.lead) || options.lead == 0))
     refuse(where, "lead", options.lead, "a screw needs its advance per angle [m/rad]");
   if (joint.kind == JointKind::Gear && (!std::isfinite(options.ratio) || options.ratio == 0))
@@ -159,7 +165,6 @@ JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X
   g.asked = options;
   g.anchor_a = X_WA.inverse() * options.point;
   g.anchor_b = X_WB.inverse() * (joint.kind == JointKind::Rod ? options.point_b : options.point);
-  g.friction = options.friction;
 
   // in the plane only motions along x, y and about z exist
   const auto point = [&](const Vector3& d) {
@@ -238,6 +243,12 @@ JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X
       break;
   }
   g.motions.resize(g.coordinates.size());
+  g.friction = options.friction;
+  g.frictions = options.frictions;
+  if (options.friction > 0) g.frictions = {options.friction};
+  if (!g.frictions.empty() && g.frictions.size() != g.coordinates.size())
+    refuse(where, "frictions", static_cast<double>(g.frictions.size()),
+           "numbers: needs one for each of its " + std::to_string(g.coordinates.size()) + " coordinates");
   return g;
 }
 

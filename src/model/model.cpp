@@ -297,7 +297,7 @@ void Model::add_motion(JointId id, JointMotion motion, int coordinate) {
   if (!motion.position || !motion.rate)
     refuse("add_motion", "motion", "without position or rate", "needs both as functions of time");
   JointGeometry& j = joints_[static_cast<std::size_t>(id.index)];
-  if (j.friction > 0)
+  if (!j.frictions.empty() && j.frictions[static_cast<std::size_t>(coordinate)] > 0)
     refuse("add_motion", "joint", j.name, "has friction, which a prescribed motion leaves nothing to decide");
   std::optional<JointMotion>& place = j.motions[static_cast<std::size_t>(coordinate)];
   if (place) refuse("add_motion", "coordinate", coordinate, "is moved already");

@@ -6,6 +6,7 @@ void AccelerationBiases::evaluate(const Model& model, const State& x, const Inst
                                   std::span<const int> asked) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   contacts.assign(instant.contacts.size(), Vector3::Zero());
+  moments.assign(instant.moments.size(), Vector3::Zero());
   int last = -1;
   for (const int i : asked) {
     const ContactInstant& c = instant.contacts[at(i)];
@@ -18,7 +19,9 @@ void AccelerationBiases::evaluate(const Model& model, const State& x, const Inst
                                   points_);
       last = c.contact;
     }
-    contacts[at(i)] = acceleration_bias(model, x, instant, c, points_[at(c.slot)]);
+    const ContactDerivative& geometry = points_[at(c.slot)];
+    contacts[at(i)] = acceleration_bias(model, x, instant, c, geometry);
+    if (c.moments >= 0) moments[at(c.moments)] = moments_acceleration_bias(model, x, instant, c, geometry);
   }
   const auto of_rows = [&](const std::vector<JointRowInstant>& rows, std::vector<double>& out) {
     out.resize(rows.size());

@@ -12,6 +12,7 @@ namespace perp {
 /// [m/s^2, rad/s^2]. Contacts that are not asked for keep zero.
 struct AccelerationBiases {
   std::vector<Vector3> contacts;
+  std::vector<Vector3> moments;  ///< of their angular velocities, as Instant::moments [rad/s^2]
   std::vector<double> joint_rows, joint_frictions;
 
   /// Of the system at x, of which `instant` is, for the contacts numbered in `asked`.

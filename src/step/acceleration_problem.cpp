@@ -10,6 +10,7 @@
 #include "perp/solve/lcp.hpp"
 #include "solve/even_friction.hpp"
 #include "solve/vanishing_compliance.hpp"
+#include "step/contact_blocks.hpp"
 
 namespace perp {
 namespace {
@@ -97,6 +98,8 @@ void AccelerationProblem::assemble(const Model& model, const State& x, const Ins
   biases_.evaluate(model, x, instant, contact_index);
   accelerations_ = instant;
   for (const int i : contact_index) accelerations_.contacts[at(i)].bias = biases_.contacts[at(i)];
+  for (std::size_t i = 0; i < biases_.moments.size(); ++i)
+    accelerations_.moments[i].bias = biases_.moments[i];
   Vector joint_bias(static_cast<Eigen::Index>(instant.joint_rows.size()));
   for (std::size_t i = 0; i < instant.joint_rows.size(); ++i)
     joint_bias[static_cast<Eigen::Index>(i)] = biases_.joint_rows[i];
@@ -108,33 +111,36 @@ void AccelerationProblem::assemble(const Model& model, const State& x, const Ins
   // rows that are kept, and what a force along each of them is along all rows
   acceleration_scale = 0;
   const auto scale = [&](double a) { acceleration_scale = std::max(acceleration_scale, std::abs(a)); };
-  std::vector<int> kept;
-  std::vector<double> mu;
+  ContactBlocks blocks;
   columns_.setZero(reduced_.size(), reduced_.size());
   known_.setZero(reduced_.size());
   problem = {};
   for (std::size_t i = 0; i < contact_index.size(); ++i) {
     const ContactInstant& c = accelerations_.contacts[at(contact_index[i])];
+    const MomentInstant* m = accelerations_.moments_of(c);
+    const ClosedContact& mode = modes.contacts[i];
     const int row = reduced_.rows_of(static_cast<int>(i));
-    const auto column = static_cast<Eigen::Index>(kept.size());
-    columns_(row, column) = 1;
-    kept.push_back(row);
-    if (c.tangents > 0 && modes.contacts[i].slides) {
-      columns_(row + 1, column) = -c.mu * c.frame.col(1).dot(modes.contacts[i].direction);
-      if (c.tangents == 2)
-        columns_(row + 2, column) = -c.mu * c.frame.col(2).dot(modes.contacts[i].direction);
+    const auto column = static_cast<Eigen::Index>(blocks.rows.size());
+    const int stays = blocks.add(accelerations_, c, row, mode.slides, mode.rolls);
+    for (Eigen::Index k = column; k < column + stays; ++k) columns_(blocks.rows[at(k)], k) = 1;
+    if (c.tangents > 0 && m == nullptr && mode.slides) {
+      columns_(row + 1, column) = -c.mu * c.frame.col(1).dot(mode.direction);
+      if (c.tangents == 2) columns_(row + 2, column) = -c.mu * c.frame.col(2).dot(mode.direction);
     }
-    const bool sticks = c.tangents > 0 && !modes.contacts[i].slides;
-    for (int t = 1; sticks && t <= c.tangents; ++t) {
-      columns_(row + t, column + t) = 1;
-      kept.push_back(row + t);
+    if (m != nullptr && (mode.slides || mode.rolls)) {
+      const Vector3 none = Vector3::Zero();
+      const FrictionShare share = friction_share(c, *m, mode.slides ? mode.direction : none,
+                                                 mode.rolls ? mode.rolling : none, mode.lever);
+      for (int t = 1; t <= c.tangents; ++t) columns_(row + t, column) = share.force[t - 1];
+      const std::array<int, 3> of = m->columns(c.tangents);
+      for (int k = 0; k < m->rows(c.tangents); ++k)
+        columns_(moment_row(c, row) + k, column) = share.moment[of[at(k)]];
     }
-    problem.kinds.push_back(!sticks           ? BlockKind::HalfLine
-                            : c.tangents == 1 ? BlockKind::Planar
-                                              : BlockKind::Cone);
-    mu.push_back(sticks ? c.mu : 0);
     for (const double a : c.W.velocity(free_)) scale(a);
     for (const double a : c.bias) scale(a);
+    if (m == nullptr) continue;
+    for (const double a : m->W.velocity(free_)) scale(mode.lever * a);
+    for (const double a : m->bias) scale(mode.lever * a);
   }
   for (std::size_t i = 0; i < island_.joint_frictions.size(); ++i) {
     const JointRowInstant& joint = accelerations_.joint_frictions[i];
@@ -146,18 +152,17 @@ void AccelerationProblem::assemble(const Model& model, const State& x, const Ins
       scale(reduced_.W(row, row) * joint.friction);
       continue;
     }
-    columns_(row, static_cast<Eigen::Index>(kept.size())) = 1;
-    kept.push_back(row);
-    problem.kinds.push_back(BlockKind::Interval);
-    mu.push_back(joint.friction);
+    columns_(row, static_cast<Eigen::Index>(blocks.rows.size())) = 1;
+    blocks.add_interval(row, joint.friction);
   }
   for (std::size_t i = 0; i < island_.joint_rows.size(); ++i) {
     scale(accelerations_.joint_rows[i].W.velocity(free_)[0]);
     scale(biases_.joint_rows[i]);
   }
+  const std::vector<int>& kept = blocks.rows;
   const auto n = static_cast<Eigen::Index>(kept.size());
   columns_.conservativeResize(Eigen::NoChange, n);
-  problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+  blocks.give(problem);
   const Matrix full = reduced_.W * columns_;
   const Vector q = reduced_.q + reduced_.W * known_;
   problem.W = Matrix(full(kept, Eigen::all));
@@ -195,6 +200,14 @@ AccelerationAnswer AccelerationProblem::read(const Model& model, const Vector& c
     Vector3 a = contact.velocity(answer.nu_dot);
     a.tail(2 - contact.tangents).setZero();
     answer.acceleration.push_back(a);
+    answer.moment.emplace_back(Vector3::Zero());
+    answer.angular_acceleration.emplace_back(Vector3::Zero());
+    if (const MomentInstant* m = accelerations_.moments_of(contact)) {
+      const std::array<int, 3> of = m->columns(contact.tangents);
+      for (int k = 0; k < m->rows(contact.tangents); ++k)
+        answer.moment.back()[of[at(k)]] = r[moment_row(contact, row) + k];
+      answer.angular_acceleration.back() = m->velocity(answer.nu_dot);
+    }
     answer.small.push_back(1e-13 * reduced_.W.row(row).cwiseAbs().dot(r.cwiseAbs().transpose()));
   }
   const auto frictions = static_cast<Eigen::Index>(island_.joint_frictions.size());
@@ -214,9 +227,10 @@ double AccelerationProblem::choices() const {
   double all = 1;
   for (Eigen::Index i = 0; i < problem.blocks(); ++i)
     all *= problem.kind(i) == BlockKind::HalfLine ? 2 : problem.kind(i) == BlockKind::Planar ? 4 : 3;
-  const bool cones = std::any_of(problem.kinds.begin(), problem.kinds.end(),
-                                 [](BlockKind k) { return k == BlockKind::Cone; });
-  return cones ? infinity : all;
+  const bool few = std::all_of(problem.kinds.begin(), problem.kinds.end(), [](BlockKind k) {
+    return k == BlockKind::HalfLine || k == BlockKind::Planar || k == BlockKind::Interval;
+  });
+  return few ? all : infinity;
 }
 
 /// All forces c that some choice of modes allows, those with the same velocities once. Blocks: a half line is open or closed; planar

@@ -15,10 +15,11 @@ namespace perp {
 /// Forces and accelerations of all closed contacts.
 struct AccelerationAnswer {
   Cp1Status status = Cp1Status::None;
-  bool complete = false;              ///< all modes were looked through
-  Vector nu_dot;                      ///< (nv)
-  std::vector<Vector3> force;         ///< of each closed contact, along n, t, o [N]
-  std::vector<Vector3> acceleration;  ///< relative, along n, t, o [m/s^2]
+  bool complete = false;                              ///< all modes were looked through
+  Vector nu_dot;                                      ///< (nv)
+  std::vector<Vector3> force;                         ///< of each closed contact, along n, t, o [N]
+  std::vector<Vector3> acceleration;                  ///< relative, along n, t, o [m/s^2]
+  std::vector<Vector3> moment, angular_acceleration;  ///< about n, t, o [N m, rad/s^2]; zero without moments
   std::vector<double> small;  ///< of each closed contact: what rounding leaves of an acceleration [m/s^2]
   Vector joint_force;         ///< of each joint friction [N, N m]
   Vector joint_acceleration;  ///< of each joint friction [m/s^2, rad/s^2]

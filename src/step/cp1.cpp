@@ -4,6 +4,7 @@
 
 #include "perp/core/errors.hpp"
 #include "step/acceleration_problem.hpp"
+#include "step/contact_blocks.hpp"
 #include "step/modes.hpp"
 #include "step/moment_laws.hpp"
 
@@ -23,9 +24,10 @@ std::string_view name_of(Cp1Status status) {
 
 Cp1Solution solve_cp1(const Model& model, const State& x, const Cp1Options& options) {
   model.check("solve_cp1", x);
-  need_no_moments("solve_cp1", model);
   if (options.edges != 0 && options.edges < 3)
     refuse("solve_cp1", "edges", options.edges, "needs to be 0 (the circular cone), or 3 at least");
+  if (options.edges != 0) need_no_moments("solve_cp1 with edges", model);
+  if (options.relaxed) need_no_moments("solve_cp1, relaxed,", model);
   Instant instant;
   evaluate(model, x, instant);
   if (!instant.fault.empty()) refuse("solve_cp1", "x", "a state", instant.fault);
@@ -60,7 +62,13 @@ Cp1Solution solve_cp1(const Model& model, const State& x, const Cp1Options& opti
       row.force = c.frame * answer.force[i];
       row.acceleration = answer.acceleration[i];
       const double zero = small + answer.small[i];
-      const bool slips = c.tangents == 0 || row.sliding || row.acceleration.tail<2>().norm() > zero;
+      const MomentInstant* m = instant.moments_of(c);
+      const double lever = modes.contacts[i].lever;
+      row.moment = c.frame * answer.moment[i];
+      const Vector3 slip = slip_of(c, m, answer.acceleration[i], answer.angular_acceleration[i], lever);
+      const bool slips = c.tangents == 0 || row.sliding || slip.norm() > zero;
+      row.rolls =
+          modes.contacts[i].rolls || roll_of(c, m, answer.angular_acceleration[i], lever).norm() > zero;
       row.mode = row.acceleration.x() > zero ? ContactMode::Open
                  : slips                     ? ContactMode::Slip
                                              : ContactMode::Stick;
@@ -68,7 +76,8 @@ Cp1Solution solve_cp1(const Model& model, const State& x, const Cp1Options& opti
     solution.contacts.push_back(row);
   }
   for (std::size_t i = 0; i < modes.joints.size(); ++i) {
-    Cp1Joint row{.joint = instant.joint_frictions[i].joint, .slips = modes.joints[i] != 0};
+    const JointRowInstant& along = instant.joint_frictions[i];
+    Cp1Joint row{.joint = along.joint, .coordinate = along.coordinate, .slips = modes.joints[i] != 0};
     if (answer.status != Cp1Status::None) {
       const auto j = static_cast<Eigen::Index>(i);
       row.friction = answer.joint_force[j];

@@ -50,10 +50,14 @@ std::vector<Root> EventRun::list_roots() {
     const double force = scales_.acceleration / mobility(model_, instant_, c);
     add(Root::Lift, point, force, true);
     if (c.tangents == 0) return;
+    const MomentInstant* m = instant_.moments_of(c);
     if (closed->slides)
       add(Root::ContactRests, point, scales_.speed, false);
-    else
+    else if (m == nullptr || m->has_sliding(c.mu))
       add(Root::ContactSlips, point, force, true);
+    if (m != nullptr && m->rolling > 0)
+      add(closed->rolls ? Root::WheelRests : Root::WheelRolls, point, closed->rolls ? scales_.speed : force,
+          !closed->rolls);
   });
   for (std::size_t i = 0; i < modes_.joints.size(); ++i) {
     const JointRowInstant& row = instant_.joint_frictions[i];
@@ -73,6 +77,7 @@ EventSample EventRun::sample(const State& x) {
   if (!dynamics_.evaluate(x)) return s;
   s.nu_dot = dynamics_.nu_dot;
   s.force = dynamics_.force;
+  s.moment = dynamics_.moment;
   s.joint_force = dynamics_.joint_force;
   s.joint_reaction =
       dynamics_.multipliers().head(static_cast<Eigen::Index>(dynamics_.instant().joint_rows.size()));
@@ -111,13 +116,24 @@ void EventRun::read_roots(EventSample& s) {
         s.g[i] = s.force[closed].x();
         break;
       case Root::ContactRests:
-        s.g[i] = dynamics_.sliding_speed(s.x, closed);
-        if (!root.armed && s.g[i] < 0) s.g[i] = -s.velocity[closed].tail<2>().norm();
-        s.g_rate[i] = dynamics_.sliding_acceleration(closed);
+      case Root::WheelRests: {
+        const Moving what = root.kind == Root::ContactRests ? Moving::Slip : Moving::Roll;
+        s.g[i] = dynamics_.sliding_speed(s.x, closed, what);
+        if (!root.armed && s.g[i] < 0) s.g[i] = -dynamics_.speed(s.x, closed, what);
+        s.g_rate[i] = dynamics_.sliding_acceleration(closed, what);
         break;
-      case Root::ContactSlips: {
+      }
+      case Root::ContactSlips:
+      case Root::WheelRolls: {
         const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(root.index)])];
-        s.g[i] = c.mu * s.force[closed].x() - s.force[closed].tail<2>().norm();
+        const MomentInstant* m = instant.moments_of(c);
+        if (m == nullptr)
+          s.g[i] = c.mu * s.force[closed].x() - s.force[closed].tail<2>().norm();
+        else
+          s.g[i] = s.force[closed].x() - (root.kind == Root::WheelRolls
+                                              ? rolling_pull(*m, s.moment[closed])
+                                              : sliding_pull(c, *m, s.force[closed], s.moment[closed],
+                                                             modes_.contacts[closed].lever));
         break;
       }
       case Root::JointRests:
@@ -155,6 +171,9 @@ bool EventRun::forces_are_feasible(const EventSample& s) {
   Modes modes = modes_;
   for (std::size_t i = 0; i < modes.contacts.size(); ++i)
     if (modes.contacts[i].slides) modes.contacts[i].direction = dynamics_.sliding_direction(s.x, i);
+  for (std::size_t i = 0; i < modes.contacts.size(); ++i)
+    if (modes.contacts[i].rolls)
+      modes.contacts[i].rolling = dynamics_.sliding_direction(s.x, i, Moving::Roll);
   problem.compliance = slight_give;
   problem.assemble(model_, s.x, instant, modes);
   const AccelerationAnswer answer = problem.any_solution(model_);
@@ -162,9 +181,13 @@ bool EventRun::forces_are_feasible(const EventSample& s) {
   const double small = 1e-6 * problem.acceleration_scale;
   bool holds = true;
   for (std::size_t i = 0; i < modes.contacts.size(); ++i) {
-    const bool rests = !modes.contacts[i].slides;
-    holds = holds && answer.acceleration[i].x() <= small &&
-            (!rests || answer.acceleration[i].tail<2>().norm() <= small);
+    const ClosedContact& mode = modes.contacts[i];
+    const ContactInstant& c = instant.contacts[at(problem.contact_index[i])];
+    const MomentInstant* m = instant.moments_of(c);
+    const Vector3 slip = slip_of(c, m, answer.acceleration[i], answer.angular_acceleration[i], mode.lever),
+                  roll = roll_of(c, m, answer.angular_acceleration[i], mode.lever);
+    holds = holds && answer.acceleration[i].x() <= small && (mode.slides || slip.norm() <= small) &&
+            (mode.rolls || roll.norm() <= small);
   }
   for (std::size_t i = 0; i < modes.joints.size(); ++i)
     if (modes.joints[i] == 0)

@@ -23,11 +23,22 @@ bool is_stop(const Model& model, int point) { return contact_of(model, point).st
 ContactMode mode_in(const Modes& modes, const Model& model, int point) {
   const ClosedContact* closed = modes.find(point);
   if (closed == nullptr) return ContactMode::Open;
-  return closed->slides || contact_of(model, point).tangents == 0 ? ContactMode::Slip : ContactMode::Stick;
+  const Contact& contact = contact_of(model, point);
+  const bool smooth = contact.mu == 0 && contact.torsion == 0 && !contact.friction_axes;
+  return closed->slides || smooth ? ContactMode::Slip : ContactMode::Stick;
 }
 
 void EventRun::log(EventKind kind, const std::string& name, ContactMode before, ContactMode after) {
   out_.events.push_back({.t = now_.x.t, .kind = kind, .contact = name, .before = before, .after = after});
+}
+
+/// Rolling against rolling friction that ends or begins, of a contact that stays closed.
+void EventRun::log_rolling(const Modes& before, int point) {
+  const ClosedContact *then = before.find(point), *now = modes_.find(point);
+  if (then == nullptr || now == nullptr || then->rolls == now->rolls) return;
+  const auto mode = [](bool rolls) { return rolls ? ContactMode::Slip : ContactMode::Stick; };
+  log(now->rolls ? EventKind::Slip : EventKind::Stick, (*model_.point_names())[at(point)], mode(then->rolls),
+      mode(now->rolls));
 }
 
 void EventRun::log_changes(const Modes& before, const std::vector<Root>& triggers) {
@@ -41,6 +52,7 @@ void EventRun::log_changes(const Modes& before, const std::vector<Root>& trigger
           names[at(p)], then, after);
       return;
     }
+    log_rolling(before, p);
     if (then != after) {
       const EventKind kind = then == ContactMode::Open
                                  ? is_stop(model_, p) ? EventKind::Stop : EventKind::Touch
@@ -82,7 +94,9 @@ void EventRun::certify(const EventSample& s) {
   std::vector<int> asked;
   for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
     asked.push_back(instant.contact_of_point[at(modes_.contacts[i].point)]);
-    instant.contacts[at(asked.back())].W.add_impulse(s.force[i], f);
+    const ContactInstant& c = instant.contacts[at(asked.back())];
+    c.W.add_impulse(s.force[i], f);
+    if (const MomentInstant* m = instant.moments_of(c)) m->W.add_impulse(s.moment[i], f);
   }
   for (Eigen::Index i = 0; i < s.joint_reaction.size(); ++i)
     instant.joint_rows[at(i)].W.add_impulse(s.joint_reaction.segment<1>(i), f);
@@ -107,7 +121,10 @@ void EventRun::certify(const EventSample& s) {
     const double w = h * mobility(model_, instant, c);  // forces as speeds
     const double f_f = force.tail<2>().norm(), bound = c.mu * force.x();
     e.normal = std::max({e.normal, std::abs(u.x()), h * std::abs(a.x()), -w * force.x()});
-    if (!modes_.contacts[i].slides) {
+    if (const MomentInstant* m = instant.moments_of(c)) {
+      const Vector3 alpha = m->W.velocity(nu_dot) + biases.moments[at(c.moments)];
+      e.friction = std::max(e.friction, moments_miss(c, *m, s, i, a, alpha, w));
+    } else if (!modes_.contacts[i].slides) {
       const int n = c.tangents;
       e.friction =
           std::max({e.friction, u.segment(1, n).norm(), h * a.segment(1, n).norm(), w * (f_f - bound)});
@@ -122,6 +139,34 @@ void EventRun::certify(const EventSample& s) {
     const double a = row.W.velocity(nu_dot)[0] + biases.joint_frictions[i];
     e.friction = std::max({e.friction, std::abs(row.velocity(s.x.nu)), h * std::abs(a)});
   }
+}
+
+/// How far friction and moments of closed contact i are from their laws, as speeds [m/s]: what rests by its velocity, acceleration and
+/// bound, what moves by the difference to its friction. `w` turns forces into speeds.
+double EventRun::moments_miss(const ContactInstant& c, const MomentInstant& m, const EventSample& s,
+                              std::size_t i, const Vector3& a, const Vector3& alpha, double w) const {
+  const ClosedContact& mode = modes_.contacts[i];
+  const Vector3 &force = s.force[i], &moment = s.moment[i];
+  const double lever = mode.lever, h = report.h;
+  const FrictionShare share = dynamics_.sliding_share(s.x, i);
+  double worst = 0;
+  const auto rests = [&](const Vector3& speed, const Vector3& acceleration, double pull, double bound) {
+    worst = std::max({worst, speed.norm(), h * acceleration.norm(), w * bound * (pull - force.x())});
+  };
+  const Vector3 u = c.velocity(s.x.nu), omega = m.velocity(s.x.nu);
+  const double bound = std::max({c.mu, m.mu_o, m.torsion / lever});
+  if (mode.slides)
+    worst = w * std::hypot((force.tail<2>() - force.x() * share.force).norm(),
+                           (moment.x() - force.x() * share.moment.x()) / lever);
+  else
+    rests(slip_of(c, &m, u, omega, lever), slip_of(c, &m, a, alpha, lever),
+          sliding_pull(c, m, force, moment, lever), bound);
+  if (mode.rolls)
+    worst = std::max(worst, w / lever * (moment - force.x() * share.moment).tail<2>().norm());
+  else
+    rests(roll_of(c, &m, omega, lever), roll_of(c, &m, alpha, lever), rolling_pull(m, moment),
+          m.rolling / lever);
+  return worst;
 }
 
 /// The row of a step in fixed modes that ends at `end`; impulses, works and what they are checked against by the flow itself, or by
@@ -147,6 +192,7 @@ void EventRun::add_row(const EventSample& from, const EventSample& to, const Sta
     contact.force = c.frame * to.force[i];
     contact.p_n = row.known ? row.normal[i] : report.h * to.force[i].x();
     contact.impulse = row.known ? row.impulse[i] : report.h * contact.force;
+    if (c.moments >= 0) contact.moment = row.known ? row.moment[i] : report.h * (c.frame * to.moment[i]);
   }
   begin_joints(model_, report);
   const Vector reaction = row.known ? row.joint_reaction : report.h * to.joint_reaction;
@@ -185,10 +231,17 @@ void EventRun::add_jump_row() {
     const Vector3 p = c.frame.transpose() * row.impulse;
     c.W.add_impulse(p, impulse);
     surface -= p.dot(c.bias);
+    const MomentInstant* m = instant.moments_of(c);
+    if (m != nullptr) {
+      const Vector3 p_m = c.frame.transpose() * row.moment;
+      m->W.add_impulse(p_m, impulse);
+      surface -= p_m.dot(m->bias);
+    }
     const double w = mobility(model_, instant, c);
     report.residuals.normal = std::max({report.residuals.normal, -c.velocity(now_.x.nu).x(), -w * row.p_n});
-    report.residuals.friction =
-        std::max(report.residuals.friction, w * (p.tail<2>().norm() - c.mu * row.p_n));
+    if (m == nullptr)
+      report.residuals.friction =
+          std::max(report.residuals.friction, w * (p.tail<2>().norm() - c.mu * row.p_n));
   }
   for (std::size_t i = 0; i < modes_.contacts.size() && jump_rows_.empty(); ++i) {
     const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(modes_.contacts[i].point)])];

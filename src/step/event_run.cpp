@@ -242,6 +242,7 @@ bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
   pass_switches(triggers);
   if (!out_.stopped_by.empty()) return true;
   resting_.clear();
+  held_.clear();
   closing_.clear();
   (void)dynamics_.rows(now_.x);
   for (const ContactInstant& c : dynamics_.instant().contacts)
@@ -255,6 +256,8 @@ bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
     const bool rests = triggered(triggers, Root::ContactRests, point) ||
                        (one_rests && modes_.contacts[i].slides && dynamics_.basis().size() > 0);
     if (rests && dynamics_.as_good_as_stopped(now_.x, i)) resting_.push_back(point);
+    if (triggered(triggers, Root::WheelRests, point) && dynamics_.as_good_as_stopped(now_.x, i, Moving::Roll))
+      held_.push_back(point);
   }
   if (!settle(triggers)) return false;
   log_changes(before, triggers);

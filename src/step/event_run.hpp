@@ -24,7 +24,9 @@ struct Root {
     Touch,         ///< psi_n of an open contact
     Lift,          ///< c_n of a closed one
     ContactRests,  ///< u_f . d of one that slides, d the direction of u_f at the start of the step
-    ContactSlips,  ///< mu c_n - |c_f| of one that sticks
+    ContactSlips,  ///< mu c_n - |c_f| of one that sticks; with moments c_n (1 - how far they fill their bound)
+    WheelRests,    ///< the same of one that rolls against rolling friction
+    WheelRolls,    ///< and of one whose moments hold it
     JointRests,    ///< rate of a joint with friction, times its sign
     JointSlips,    ///< c_max - |c_bf| of one at rest
     Switch         ///< one of Switches, or a time that a load names (index -1)
@@ -38,7 +40,9 @@ struct Root {
 
   bool of_contact() const { return kind < JointRests; }
   bool far_side() const { return kind == Switch; }  ///< located past its zero, not before
-  bool of_force() const { return kind == Lift || kind == ContactSlips || kind == JointSlips; }
+  bool of_force() const {
+    return kind == Lift || kind == ContactSlips || kind == WheelRolls || kind == JointSlips;
+  }
 
   /// Whether g, with its rate where that is known, is below zero for sure.
   bool fell(double g, double rate) const { return g < -(armed || rate < -vague_rate ? small : vague); }
@@ -49,6 +53,7 @@ struct EventSample {
   State x;
   Vector nu_dot;
   std::vector<Vector3> force, velocity;  ///< of each closed contact, along n, t, o
+  std::vector<Vector3> moment;           ///< and about them; empty where no contact has moments
   Vector joint_force, joint_rate;        ///< of each joint friction
   Vector joint_reaction;                 ///< of each joint equation
   Vector g, g_rate;                      ///< of the roots; rates of gaps and speeds, not of forces
@@ -135,11 +140,14 @@ class EventRun {
 
   double vague_gap() const;
   bool inelastic(int point, double approach);
+  void log_rolling(const Modes& before, int point);
   void log_changes(const Modes& before, const std::vector<Root>& triggers);
   void log(EventKind kind, const std::string& name, ContactMode before, ContactMode after);
   void add_row(const EventSample& from, const EventSample& to, const State& end);
   void add_jump_row();
   void certify(const EventSample& s);
+  double moments_miss(const ContactInstant& c, const MomentInstant& m, const EventSample& s, std::size_t i,
+                      const Vector3& a, const Vector3& alpha, double w) const;
 
   const Model& model_;
   const EventDrivenOptions& options_;
@@ -175,6 +183,7 @@ class EventRun {
   };
   std::vector<Jumped> jumped_;
   std::vector<int> resting_;  // points whose sliding came to an end
+  std::vector<int> held_;     // and whose rolling did
   std::vector<int> closing_;  // points that opened too slowly to rise before they fall
   std::deque<double> event_times_;
   struct Bounces {

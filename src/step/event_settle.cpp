@@ -9,6 +9,31 @@
 #include "step/inelastic_step.hpp"
 
 namespace perp {
+namespace {
+
+/// What of a contact with moments rests and begins to move: it is accelerated, or a trigger says that its friction came to its bound.
+void begin_to_move(const ContactInstant& c, const MomentInstant& m, const Vector3& f, const Vector3& moment,
+                   const Vector3& a, const Vector3& alpha, double small, const std::vector<Root>& triggers,
+                   ClosedContact& contact) {
+  constexpr double near = 1 - 1e-6;  // of the bound
+  const auto moves = [&](const Vector3& acceleration, double pull, Root::Kind bound) {
+    return acceleration.norm() > small ||
+           (triggered(triggers, bound, contact.point) && pull > 0 && pull >= near * f.x());
+  };
+  const Vector3 slip = slip_of(c, &m, a, alpha, contact.lever), roll = roll_of(c, &m, alpha, contact.lever);
+  if (!contact.slides && moves(slip, sliding_pull(c, m, f, moment, contact.lever), Root::ContactSlips)) {
+    contact.slides = true;
+    contact.direction =
+        slip.norm() > small ? slip.normalized() : slip_against(c, &m, f, moment, contact.lever);
+  }
+  if (!contact.rolls && moves(roll, rolling_pull(m, moment), Root::WheelRolls)) {
+    contact.rolls = true;
+    contact.rolling = roll.norm() > small ? roll.normalized() : roll_against(c, &m, moment);
+  }
+}
+
+}  // namespace
+
 /// Jumps of velocity until nothing approaches, then the modes that CP1 says.
 bool EventRun::settle(const std::vector<Root>& triggers) {
   State& x = now_.x;
@@ -35,8 +60,13 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
     }
     // what is at rest but for rounding comes to rest; then CP1
     Modes closed = modes_by_velocity(model_, x, instant_, scales_, closing_);
-    for (ClosedContact& c : closed.contacts)
-      c.slides = c.slides && std::find(resting_.begin(), resting_.end(), c.point) == resting_.end();
+    const auto in = [](const std::vector<int>& points, int point) {
+      return std::find(points.begin(), points.end(), point) != points.end();
+    };
+    for (ClosedContact& c : closed.contacts) {
+      c.slides = c.slides && !in(resting_, c.point);
+      c.rolls = c.rolls && !in(held_, c.point);
+    }
     dynamics_.speed_error = options_.rtol * scales_.speed + atol_;
     if (const std::string fault = dynamics_.begin(x, closed, scales_.small_speed()); !fault.empty())
       return fail(StepStatus::NotFinite, fault);
@@ -45,7 +75,7 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
     problem_.compliance = dynamics_.basis().size() > 0 ? slight_give : 0;
     // without sliding friction matrices are symmetric and answers that are several a rarity not worth much time
     const bool slides = std::any_of(closed.contacts.begin(), closed.contacts.end(),
-                                    [](const ClosedContact& c) { return c.slides; });
+                                    [](const ClosedContact& c) { return c.slides || c.rolls; });
     problem_.most_choices = slides ? AccelerationProblem::all_choices : 256;
     problem_.assemble(model_, x, instant_, closed);
     AccelerationAnswer answer = problem_.solve(model_, {});
@@ -70,6 +100,7 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
     if (const std::string fault = dynamics_.begin(x, modes_, scales_.small_speed()); !fault.empty())
       return fail(StepStatus::NotFinite, fault);
     resting_.clear();
+    held_.clear();
     closing_.clear();
     const std::vector<Root> last = list_roots();
     now_ = sample(State(x));
@@ -104,7 +135,10 @@ void EventRun::take_modes(const Modes& closed, const Instant& instant, const Acc
     // redundant contacts that the others leave without a force stay out: their least forces would pull
     const bool may_be_idle = triggered(triggers, Root::Lift, contact.point) || problem_.compliance > 0;
     if (may_be_idle && mobility(model_, instant, c) * f.x() <= small) continue;
-    if (!contact.slides && c.tangents > 0) {
+    const MomentInstant* m = instant.moments_of(c);
+    if (m != nullptr) {
+      begin_to_move(c, *m, f, answer.moment[i], a, answer.angular_acceleration[i], small, triggers, contact);
+    } else if (!contact.slides && c.tangents > 0) {
       const Vector2 a_f = a.tail<2>(), f_f = f.tail<2>();
       const bool at_limit = triggered(triggers, Root::ContactSlips, contact.point) && f_f.norm() > 0 &&
                             f_f.norm() >= c.mu * f.x() * (1 - 1e-6);
@@ -153,6 +187,8 @@ bool EventRun::jump(bool jam) {
     const ContactInstant& s = instant_.contacts[at(instant_.contact_of_point[at(c.point)])];
     const Vector3 mean = 0.5 * (s.velocity(x.nu) + s.velocity(after.nu)), p = s.frame.transpose() * c.impulse;
     friction += p.tail<2>().dot(mean.tail<2>());
+    if (const MomentInstant* m = instant_.moments_of(s))
+      friction += 0.5 * (s.frame.transpose() * c.moment).dot(m->velocity(x.nu) + m->velocity(after.nu));
     jump_rows_.push_back({.contact = c.contact,
                           .point = c.point,
                           .gap = s.psi_n,
@@ -160,6 +196,7 @@ bool EventRun::jump(bool jam) {
                           .normal = s.frame.col(0),
                           .position = s.position,
                           .impulse = c.impulse,
+                          .moment = c.moment,
                           .mode = c.mode});
     const bool still =
         std::find(options.inelastic.begin(), options.inelastic.end(), c.point) != options.inelastic.end();

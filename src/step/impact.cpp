@@ -9,6 +9,7 @@
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "solve/even_friction.hpp"
+#include "step/contact_blocks.hpp"
 #include "step/modes.hpp"
 #include "step/moment_laws.hpp"
 
@@ -35,21 +36,20 @@ struct Touching {
     Vector joint_bias(static_cast<Eigen::Index>(s.joint_rows.size()));
     for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
       joint_bias[static_cast<Eigen::Index>(i)] = s.joint_rows[i].psi_b_t;
-    std::vector<double> mu, normal;
+    std::vector<double> normal;
     for (std::size_t i = 0; i < s.contacts.size(); ++i) {
       const ContactInstant& c = s.contacts[i];
       if (c.psi_n > (std::isnan(small_gap) ? scales.small_gap() : small_gap)) continue;
       island.contacts.push_back(static_cast<int>(i));
-      problem.kinds.push_back(c.tangents == 0   ? BlockKind::HalfLine
-                              : c.tangents == 1 ? BlockKind::Planar
-                                                : BlockKind::Cone);
-      mu.push_back(c.mu);
       normal.push_back(c.velocity(x.nu).x());
     }
     reduced.assemble(model, s, island, x.nu, joint_bias);
     problem.W = reduced.W;
     problem.q = reduced.q;
-    problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+    ContactBlocks blocks;
+    for (std::size_t i = 0; i < island.contacts.size(); ++i)
+      (void)blocks.add(s, s.contacts[at(island.contacts[i])], normal_row(i));
+    blocks.give(problem);
     approach = Eigen::Map<Vector>(normal.data(), static_cast<Eigen::Index>(normal.size()));
   }
 
@@ -131,7 +131,6 @@ FrictionSolution jam(const Model& model, const Touching& touching) {
 
 Impact solve_impact(const Model& model, const State& x, const ImpactOptions& options) {
   model.check("solve_impact", x);
-  need_no_moments("solve_impact", model);
   const Touching touching(model, x, options.small_gap);
   const auto count = static_cast<Eigen::Index>(touching.island.contacts.size());
   Vector e = Vector::Zero(count);
@@ -178,17 +177,24 @@ Impact solve_impact(const Model& model, const State& x, const ImpactOptions& opt
     const ContactInstant& c = touching.contact(at(i));
     Vector3 p = Vector3::Zero();
     p.head(1 + c.tangents) = r.segment(touching.normal_row(at(i)), 1 + c.tangents);
+    const MomentInstant* m = touching.s.moments_of(c);
+    Vector3 p_m = Vector3::Zero();
+    for (int k = 0; m != nullptr && k < m->rows(c.tangents); ++k)
+      p_m[m->columns(c.tangents)[at(k)]] = r[moment_row(c, touching.normal_row(at(i))) + k];
     const double friction = p.tail<2>().norm();
+    const bool at_bound =
+        m == nullptr ? friction >= c.mu * p.x() * (1 - 1e-9)
+                     : sliding_pull(c, *m, p, p_m, lever_of(model, touching.s, c, *m)) >= p.x() * (1 - 1e-9);
     impact.contacts.push_back({.contact = c.contact,
                                .point = c.point,
                                .impulse = c.frame * p,
+                               .moment = c.frame * p_m,
                                .p_n = p.x(),
                                .approach = touching.approach[i],
                                .rebound = c.velocity(impact.nu).x(),
-                               .mode = !(p.x() > 0) ? ContactMode::Open
-                                       : c.tangents == 0 || friction >= c.mu * p.x() * (1 - 1e-9)
-                                           ? ContactMode::Slip
-                                           : ContactMode::Stick});
+                               .mode = !(p.x() > 0)                  ? ContactMode::Open
+                                       : c.tangents == 0 || at_bound ? ContactMode::Slip
+                                                                     : ContactMode::Stick});
   }
   return impact;
 }

@@ -9,7 +9,9 @@
 #include "perp/step/simulate.hpp"
 #include "solve/even_friction.hpp"
 #include "step/certificate.hpp"
+#include "step/contact_blocks.hpp"
 #include "step/free_rotation.hpp"
+#include "step/moment_laws.hpp"
 #include "step/step_record.hpp"
 
 namespace perp {
@@ -52,21 +54,17 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
     FrictionProblem problem;
     problem.W = reduced.W;
     problem.q = reduced.q;
-    std::vector<double> mu;
+    ContactBlocks blocks;
     for (std::size_t i = 0; i < island.contacts.size(); ++i) {
       const ContactInstant& c = s.contacts[static_cast<std::size_t>(island.contacts[i])];
-      problem.kinds.push_back(c.tangents == 0   ? BlockKind::HalfLine
-                              : c.tangents == 1 ? BlockKind::Planar
-                                                : BlockKind::Cone);
-      problem.q[reduced.rows_of(static_cast<int>(i))] +=
-          std::max(c.psi_n, 0.0) / h;  // the projection takes overlaps away, without adding velocity
-      mu.push_back(c.mu);
+      const int row = reduced.rows_of(static_cast<int>(i));
+      (void)blocks.add(s, c, row);
+      // the projection takes overlaps away, without adding velocity
+      problem.q[row] += std::max(c.psi_n, 0.0) / h;
     }
-    for (const JointRowInstant& joint : s.joint_frictions) {
-      problem.kinds.push_back(BlockKind::Interval);
-      mu.push_back(h * joint.friction);
-    }
-    problem.mu = Eigen::Map<Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+    for (std::size_t i = 0; i < s.joint_frictions.size(); ++i)
+      blocks.add_interval(reduced.friction_row(static_cast<int>(i)), h * s.joint_frictions[i].friction);
+    blocks.give(problem);
     r.setZero(reduced.size());
     if (problem.rows() > 0) {
       reduced.compliance(model, s, island, C, k);
@@ -99,9 +97,21 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
     Vector3 p = Vector3::Zero();
     p.head(1 + c.tangents) = r.segment(row, 1 + c.tangents);
     answer.first.push_back({.source = c.point, .p = p, .gap = std::max(c.psi_n, 0.0) / h});
+    const MomentInstant* m = s.moments_of(c);
+    Vector3 p_m = Vector3::Zero();
+    double lever = 1;
+    if (m != nullptr) {
+      for (int j = 0; j < m->rows(c.tangents); ++j)
+        p_m[m->columns(c.tangents)[static_cast<std::size_t>(j)]] = r[moment_row(c, row) + j];
+      lever = lever_of(model, s, c, *m);
+      answer.first.push_back({.of = Reaction::Of::Moments, .source = c.point, .p = p_m, .lever = lever});
+    }
     if (!(p.x() > 0)) continue;
-    const bool sticks = c.tangents > 0 && p.tail<2>().norm() < c.mu * p.x() * (1 - 1e-9);
+    const bool sticks =
+        c.tangents > 0 && (m == nullptr ? p.tail<2>().norm() < c.mu * p.x() * (1 - 1e-9)
+                                        : sliding_pull(c, *m, p, p_m, lever) < p.x() * (1 - 1e-9));
     report.contacts.push_back(contact_row(c, p, sticks ? ContactMode::Stick : ContactMode::Slip));
+    report.contacts.back().moment = c.frame * p_m;
     report.contacts.back().gap = 0;
     report.contacts.back().force = c.frame * p / h;
   }

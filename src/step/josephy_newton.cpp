@@ -1,10 +1,11 @@
 // Josephy and Newton's method for a step: the bodies' equations linearised, the cones left as they are.
-#include <algorithm>
+#include <array>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
 #include "core/index.hpp"
 #include "perp/solve/friction_solver.hpp"
+#include "step/contact_blocks.hpp"
 #include "step/nonsmooth_newton.hpp"
 
 namespace perp {
@@ -12,40 +13,71 @@ namespace {
 
 constexpr Eigen::Index most_dense_rows = 240;  // of contacts; beyond, the sparse form
 
+/// The columns of reaction i that are rows of the problem; of moments those that their contact has.
+struct UsedColumns {
+  std::array<int, 3> column{0, 1, 2};
+  int count = 0;
+};
+UsedColumns columns_of(const std::vector<Reaction>& reactions, std::size_t i) {
+  const Reaction& r = reactions[i];
+  UsedColumns used;
+  if (r.law != Law::Moments) {
+    const auto [first, rows] = rows_of(r.law);
+    for (int j = 0; j < rows; ++j) used.column[at(j)] = first + j;
+    used.count = rows;
+    return used;
+  }
+  const auto use = [&](int column) { used.column[at(used.count++)] = column; };
+  if (r.torsion > 0) use(0);
+  if (r.rolling > 0 && reactions[i - 1].law == Law::Cone) use(1);
+  if (r.rolling > 0) use(2);
+  return used;
+}
+
 /// Where the rows of contacts and joint frictions stand, and what they are now.
 struct Rows {
   std::vector<Eigen::Index> first;  // of each reaction; of equalities their place among them
+  std::vector<UsedColumns> used;
   Eigen::Index contacts = 0, equalities = 0;
   FrictionProblem problem;
   Vector u, p, u_b, p_b;
   int spent = 0;  // iterations of the chain
 
   explicit Rows(const std::vector<Reaction>& reactions) {
-    std::vector<double> mu;
-    for (const Reaction& r : reactions) {
+    ContactBlocks blocks;
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
+      const Reaction& r = reactions[i];
       Eigen::Index& count = r.law == Law::Equality ? equalities : contacts;
       first.push_back(count);
-      count += rows_of(r.law).second;
-      if (r.law == Law::Equality) continue;
-      problem.kinds.push_back(kind_of(r.law));
-      mu.push_back(r.mu);
+      used.push_back(columns_of(reactions, i));
+      count += used.back().count;
+      if (r.law == Law::Equality || r.law == Law::Moments) continue;
+      if (!r.has_moments) {
+        blocks.add(kind_of(r.law), r.mu);
+        continue;
+      }
+      const Reaction& m = reactions[i + 1];
+      blocks.add_with_moments(r.law == Law::Cone ? 2 : 1, r.mu, m.mu_o, m.torsion / m.lever,
+                              m.rolling / m.lever);
     }
-    problem.mu = Eigen::Map<const Vector>(mu.data(), static_cast<Eigen::Index>(mu.size()));
+    blocks.give(problem);
     u.resize(contacts), p.resize(contacts);
     u_b.resize(equalities), p_b.resize(equalities);
     for (std::size_t i = 0; i < reactions.size(); ++i) {
       const Reaction& r = reactions[i];
-      const auto [row, rows] = rows_of(r.law);
-      (r.law == Law::Equality ? u_b : u).segment(first[i], rows) = r.u.segment(row, rows);
-      (r.law == Law::Equality ? p_b : p).segment(first[i], rows) = r.p.segment(row, rows);
+      Vector &velocity = r.law == Law::Equality ? u_b : u, &impulse = r.law == Law::Equality ? p_b : p;
+      for (int j = 0; j < used[i].count; ++j) {
+        velocity[first[i] + j] = r.u[used[i].column[at(j)]];
+        impulse[first[i] + j] = r.p[used[i].column[at(j)]];
+      }
     }
   }
 
   void give(const Vector& new_p, const Vector& new_p_b, std::vector<Reaction>& reactions) const {
     for (std::size_t i = 0; i < reactions.size(); ++i) {
       Reaction& r = reactions[i];
-      const auto [row, rows] = rows_of(r.law);
-      r.p.segment(row, rows) = (r.law == Law::Equality ? new_p_b : new_p).segment(first[i], rows);
+      const Vector& impulse = r.law == Law::Equality ? new_p_b : new_p;
+      for (int j = 0; j < used[i].count; ++j) r.p[used[i].column[at(j)]] = impulse[first[i] + j];
     }
   }
 };
@@ -73,15 +105,15 @@ bool dense_round(const Model& model, const std::vector<Coupling>& K, const Vecto
   }
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
-    const auto [row, count] = rows_of(r.law);
-    for (int j = 0; j < count; ++j) {
+    for (int j = 0; j < rows.used[i].count; ++j) {
       const Eigen::Index k = rows.first[i] + j;
+      const int column = rows.used[i].column[at(j)];
       if (r.law == Law::Equality) {
-        wrench_entries(r, row + j, [&](int v, double x) { A(v, nv + k) -= x; });
-        slope_entries(r, row + j, [&](int v, double x) { A(nv + k, v) += x; });
+        wrench_entries(r, column, [&](int v, double x) { A(v, nv + k) -= x; });
+        slope_entries(r, column, [&](int v, double x) { A(nv + k, v) += x; });
       } else {
-        wrench_entries(r, row + j, [&](int v, double x) { rhs(v, k) += x; });
-        slope_entries(r, row + j, [&](int v, double x) { G(k, v) += x; });
+        wrench_entries(r, column, [&](int v, double x) { rhs(v, k) += x; });
+        slope_entries(r, column, [&](int v, double x) { G(k, v) += x; });
       }
     }
   }
@@ -118,9 +150,8 @@ bool sparse_round(const Model& model, const Instant& instant, const Vector& R, F
   }
   for (std::size_t i = 0; i < reactions.size(); ++i) {
     const Reaction& r = reactions[i];
-    const auto [row, count] = rows_of(r.law);
-    for (int j = 0; j < count; ++j)
-      wrench_entries(r, row + j, [&](int v, double x) {
+    for (int j = 0; j < rows.used[i].count; ++j)
+      wrench_entries(r, rows.used[i].column[at(j)], [&](int v, double x) {
         (r.law == Law::Equality ? G : H).emplace_back(v, static_cast<int>(rows.first[i]) + j, x);
       });
   }
@@ -155,9 +186,6 @@ bool sparse_round(const Model& model, const Instant& instant, const Vector& R, F
 bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, const Options& options,
                                      bool ipopt, Vector& nu, std::vector<Reaction>& reactions,
                                      NewtonOutcome& outcome) {
-  const bool moments = std::any_of(reactions.begin(), reactions.end(),
-                                   [](const Reaction& r) { return r.law == Law::Moments; });
-  if (moments) return false;
   constexpr int most_rounds = 12;
   constexpr int most_idle = 2;       // rounds in a row that have not halved the residual
   constexpr double most_work = 2e5;  // rows times iterations of the chain, over all rounds

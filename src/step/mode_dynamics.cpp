@@ -33,9 +33,8 @@ void solve_mass_columns(const Model& model, const Instant& s, const Matrix& F, M
 constexpr double uncertain = 300;  // its direction is known to a few thousandths
 constexpr double unknown = 30;  // to a few hundredths: friction that turns with it would follow what is noise
 
-/// u_f in world axes.
-Vector3 tangential(const ContactInstant& c, const State& x) {
-  const Vector3 u = c.velocity(x.nu);
+/// u_f in world axes, of u along n, t, o.
+Vector3 tangential(const ContactInstant& c, const Vector3& u) {
   Vector3 u_f = Vector3::Zero();
   for (int t = 1; t <= c.tangents; ++t) u_f += u[t] * c.frame.col(t);
   return u_f;
@@ -70,21 +69,23 @@ std::string ModeDynamics::begin(const State& x, const Modes& modes, double small
   V_.resize(0, 0);
   V_position_.resize(0, 0);
   const std::size_t n = modes.contacts.size();
-  direction_.assign(n, Vector3::Zero());
-  speed_.assign(n, 0);
-  fastest_.assign(n, 0);
-  straight_.assign(n, 0);
-  from_rest_.assign(n, 0);
-  for (std::size_t i = 0; i < n; ++i) direction_[i] = modes.contacts[i].direction;
-  if (!rows(x)) return s_.fault.empty() ? "a closed contact's gap is not there any more" : s_.fault;
-  for (std::size_t i = 0; i < n; ++i) {  // the modes' directions are those of their start
-    const Vector3 u_f = tangential(s_.contacts[at(asked_[i])], x);
-    if (!modes.contacts[i].slides) continue;
-    if (u_f.norm() > small_speed)
-      direction_[i] = u_f.normalized();
-    else
-      from_rest_[i] = 1;
+  slips_.assign(n, {});
+  rolls_.assign(n, {});
+  for (std::size_t i = 0; i < n; ++i) {
+    slips_[i].direction = modes.contacts[i].direction;
+    rolls_[i].direction = modes.contacts[i].rolling;
   }
+  if (!rows(x)) return s_.fault.empty() ? "a closed contact's gap is not there any more" : s_.fault;
+  for (std::size_t i = 0; i < n; ++i)  // the modes' directions are those of their start
+    for (const Moving what : {Moving::Slip, Moving::Roll}) {
+      if (!moves(i, what)) continue;
+      Sliding& sliding = (what == Moving::Slip ? slips_ : rolls_)[i];
+      const Vector3 u_f = velocity_of(x, i, what);
+      if (u_f.norm() > small_speed)
+        sliding.direction = u_f.normalized();
+      else
+        sliding.from_rest = true;
+    }
   begin_step(x);
   assemble(x);
   find_basis();
@@ -126,71 +127,110 @@ void ModeDynamics::find_basis() {
   V_position_ = across(position_rows_, repeated(position_rows_, dependent));
 }
 
+/// u_f of a contact without moments; with them slip_of or roll_of. World axes.
+Vector3 ModeDynamics::velocity_of(const State& x, std::size_t i, Moving what) const {
+  const ContactInstant& c = contact(i);
+  const MomentInstant* m = s_.moments_of(c);
+  const double lever = modes_.contacts[i].lever;
+  const Vector3 omega = m == nullptr ? Vector3::Zero().eval() : m->velocity(x.nu);
+  return what == Moving::Slip ? slip_of(c, m, c.velocity(x.nu), omega, lever) : roll_of(c, m, omega, lever);
+}
+
 void ModeDynamics::begin_step(const State& x) {
-  constexpr double stopped = 1e-7;  // of the largest speed: what direction it then has changes nothing [-]
-  for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
-    if (!modes_.contacts[i].slides) continue;
-    const ContactInstant& c = s_.contacts[at(asked_[i])];
-    if (c.tangents == 0) continue;
-    if (c.tangents == 1) {
-      direction_[i] = (c.frame.col(1).dot(direction_[i]) > 0 ? 1 : -1) * c.frame.col(1);
-      continue;
-    }
-    const Vector3 u_f = tangential(c, x);
-    const double speed = u_f.norm();
-    fastest_[i] = std::max(fastest_[i], speed);
-    straight_[i] = speed < speed_[i] && speed < std::max(stopped * fastest_[i], uncertain * speed_error);
-    speed_[i] = speed;
-    if (from_rest_[i] != 0 ? speed > slow() : speed > small_speed_ && u_f.dot(direction_[i]) > 0)
-      direction_[i] = u_f / speed;
-    if (speed > slow()) from_rest_[i] = 0;
-  }
+  for (std::size_t i = 0; i < modes_.contacts.size(); ++i)
+    for (const Moving what : {Moving::Slip, Moving::Roll})
+      if (moves(i, what)) begin_step(x, i, what);
   // of joints alone the motion does not depend on which of their forces are taken, and a loop turns away from those of its start
   if (V_.size() > 0 && modes_.contacts.empty()) find_basis();
+}
+
+void ModeDynamics::begin_step(const State& x, std::size_t i, Moving what) {
+  constexpr double stopped = 1e-7;  // of the largest speed: what direction it then has changes nothing [-]
+  const ContactInstant& c = contact(i);
+  Sliding& s = (what == Moving::Slip ? slips_ : rolls_)[i];
+  if (c.tangents == 0) return;
+  if (c.tangents == 1) {
+    const Vector3 line = c.frame.col(what == Moving::Slip ? 1 : 2);
+    s.direction = (line.dot(s.direction) > 0 ? 1 : -1) * line;
+    return;
+  }
+  const Vector3 u_f = velocity_of(x, i, what);
+  const double speed = u_f.norm();
+  s.fastest = std::max(s.fastest, speed);
+  s.straight = speed < s.speed && speed < std::max(stopped * s.fastest, uncertain * speed_error);
+  s.speed = speed;
+  if (s.from_rest ? speed > slow() : speed > small_speed_ && u_f.dot(s.direction) > 0)
+    s.direction = u_f / speed;
+  if (speed > slow()) s.from_rest = false;
 }
 
 /// What begins to slide keeps its direction up to this speed.
 double ModeDynamics::slow() const { return std::max(small_speed_, unknown * speed_error); }
 
-double ModeDynamics::sliding_speed(const State& x, std::size_t i) const {
-  const ContactInstant& c = s_.contacts[at(asked_[i])];
-  const Vector3 u_f = tangential(c, x);
-  return c.tangents == 2 && from_rest_[i] != 0 ? u_f.norm() : u_f.dot(direction_[i]);
+double ModeDynamics::sliding_speed(const State& x, std::size_t i, Moving what) const {
+  const Vector3 u_f = velocity_of(x, i, what);
+  const Sliding& s = sliding(i, what);
+  return contact(i).tangents == 2 && s.from_rest ? u_f.norm() : u_f.dot(s.direction);
 }
 
-double ModeDynamics::sliding_acceleration(std::size_t i) const {
-  const ContactInstant& c = s_.contacts[at(asked_[i])];
-  const Vector3 a = c.W.velocity(nu_dot) + biases_.contacts[at(asked_[i])];
-  double along = 0;
-  for (int t = 1; t <= c.tangents; ++t) along += a[t] * c.frame.col(t).dot(direction_[i]);
-  return along;
+double ModeDynamics::sliding_acceleration(std::size_t i, Moving what) const {
+  const ContactInstant& c = contact(i);
+  const Vector3 a = c.W.velocity(nu_dot) + biases_.contacts[at(asked_[i])], d = sliding(i, what).direction;
+  const MomentInstant* m = s_.moments_of(c);
+  if (m == nullptr) {
+    double along = 0;
+    for (int t = 1; t <= c.tangents; ++t) along += a[t] * c.frame.col(t).dot(d);
+    return along;
+  }
+  const Vector3 alpha = m->W.velocity(nu_dot) + biases_.moments[at(c.moments)];
+  const double lever = modes_.contacts[i].lever;
+  return (what == Moving::Slip ? slip_of(c, m, a, alpha, lever) : roll_of(c, m, alpha, lever)).dot(d);
 }
 
 double ModeDynamics::joint_acceleration(std::size_t i) const {
   return s_.joint_frictions[i].W.velocity(nu_dot)[0] + biases_.joint_frictions[i];
 }
 
-bool ModeDynamics::as_good_as_stopped(const State& x, std::size_t i) const {
-  return straight_[i] != 0 || tangential(s_.contacts[at(asked_[i])], x).norm() <= uncertain * speed_error;
+bool ModeDynamics::as_good_as_stopped(const State& x, std::size_t i, Moving what) const {
+  return sliding(i, what).straight || speed(x, i, what) <= uncertain * speed_error;
 }
 
-Vector3 ModeDynamics::sliding_direction(const State& x, std::size_t i) const {
-  const ContactInstant& c = s_.contacts[at(asked_[i])];
-  return friction_direction(c, i, c.velocity(x.nu));
+Vector3 ModeDynamics::sliding_direction(const State& x, std::size_t i, Moving what) const {
+  return friction_direction(contact(i), i, what, velocity_of(x, i, what));
+}
+
+FrictionShare ModeDynamics::sliding_share(const State& x, std::size_t i) const {
+  const ContactInstant& c = contact(i);
+  const MomentInstant* m = s_.moments_of(c);
+  const ClosedContact& mode = modes_.contacts[i];
+  FrictionShare share;
+  if (m == nullptr) {
+    if (mode.slides && c.tangents > 0)
+      share.force = -c.mu * (c.frame.transpose() * sliding_direction(x, i)).tail<2>();
+    return share;
+  }
+  const auto along = [&](Moving what) {
+    return moves(i, what) ? sliding_direction(x, i, what) : Vector3::Zero().eval();
+  };
+  return friction_share(c, *m, along(Moving::Slip), along(Moving::Roll), mode.lever);
 }
 
 /// The direction of u_f, kept as it was at the step's start past the point where u_f goes through zero: so that the right-hand
 /// side is smooth there, and what slides straight does so to the last bit.
-Vector3 ModeDynamics::friction_direction(const ContactInstant& c, std::size_t i, const Vector3& u) const {
-  if (c.tangents == 1) return (c.frame.col(1).dot(direction_[i]) > 0 ? 1 : -1) * c.frame.col(1);
-  if (straight_[i] != 0) return direction_[i];
+Vector3 ModeDynamics::friction_direction(const ContactInstant& c, std::size_t i, Moving what,
+                                         const Vector3& u_f) const {
+  const Sliding& s = sliding(i, what);
+  if (c.tangents == 1) {
+    const Vector3 line = c.frame.col(what == Moving::Slip ? 1 : 2);
+    return (line.dot(s.direction) > 0 ? 1 : -1) * line;
+  }
+  if (s.straight) return s.direction;
   constexpr double straight = 1e-11;  // a turn of less than this in the step is rounding [-]
-  const Vector3 u_f = u[1] * c.frame.col(1) + u[2] * c.frame.col(2);
-  const double along = u_f.dot(direction_[i]), size = u_f.norm();
-  if (size <= (from_rest_[i] != 0 ? slow() : small_speed_) ||
-      (u_f - along * direction_[i]).norm() <= straight * std::max(size, speed_[i]))
-    return direction_[i];
-  return (along >= 0 || from_rest_[i] != 0 ? 1 : -1) / size * u_f;
+  const double along = u_f.dot(s.direction), size = u_f.norm();
+  if (size <= (s.from_rest ? slow() : small_speed_) ||
+      (u_f - along * s.direction).norm() <= straight * std::max(size, s.speed))
+    return s.direction;
+  return (along >= 0 || s.from_rest ? 1 : -1) / size * u_f;
 }
 
 bool ModeDynamics::rows(const State& x) {
@@ -207,8 +247,7 @@ bool ModeDynamics::rows(const State& x) {
 
 void ModeDynamics::assemble(const State& x) {
   int m = static_cast<int>(s_.joint_rows.size());
-  for (std::size_t i = 0; i < asked_.size(); ++i)
-    m += 1 + (modes_.contacts[i].slides ? 0 : s_.contacts[at(asked_[i])].tangents);
+  for (std::size_t i = 0; i < asked_.size(); ++i) for_rows(i, [&](bool, int) { ++m; });
   for (const int sign : modes_.joints) m += sign == 0 ? 1 : 0;
   R_.setZero(model_.nv(), m);
   compliance_.resize(m);
@@ -227,22 +266,27 @@ void ModeDynamics::assemble(const State& x) {
     position_rows_.push_back(row++);
   }
   for (std::size_t i = 0; i < asked_.size(); ++i) {
-    const ContactInstant& c = s_.contacts[at(asked_[i])];
-    const Vector3 u = c.velocity(x.nu);
-    const int rows = 1 + (modes_.contacts[i].slides ? 0 : c.tangents);
-    for (int t = 0; t < rows; ++t) {
-      fill_column(c.W, t, 1, row + t, R_);
-      L_.col(row + t) = R_.col(row + t);
-      velocity_[row + t] = u[t];
-      compliance_[row + t] = compliance_of(model_, c);
+    const ContactInstant& c = contact(i);
+    const MomentInstant* m_c = s_.moments_of(c);
+    const Vector3 u = c.velocity(x.nu), omega = m_c == nullptr ? u : m_c->velocity(x.nu);
+    const int normal = row;
+    for_rows(i, [&](bool moments, int column) {
+      fill_column(moments ? m_c->W : c.W, column, 1, row, R_);
+      L_.col(row) = R_.col(row);
+      velocity_[row] = (moments ? omega : u)[column];
+      compliance_[row++] = moments ? moments_compliance_of(model_, c) : compliance_of(model_, c);
+    });
+    gap_[normal] = c.psi_n;
+    position_rows_.push_back(normal);
+    if ((!modes_.contacts[i].slides && !modes_.contacts[i].rolls) || c.tangents == 0) continue;
+    if (m_c == nullptr) {
+      const Vector3 d = friction_direction(c, i, Moving::Slip, tangential(c, u));
+      for (int t = 1; t <= c.tangents; ++t) fill_column(c.W, t, -c.mu * c.frame.col(t).dot(d), normal, L_);
+      continue;
     }
-    gap_[row] = c.psi_n;
-    position_rows_.push_back(row);
-    if (modes_.contacts[i].slides && c.tangents > 0) {
-      const Vector3 d = friction_direction(c, i, u);
-      for (int t = 1; t <= c.tangents; ++t) fill_column(c.W, t, -c.mu * c.frame.col(t).dot(d), row, L_);
-    }
-    row += rows;
+    const FrictionShare share = sliding_share(x, i);
+    for (int t = 1; t <= c.tangents; ++t) fill_column(c.W, t, share.force[t - 1], normal, L_);
+    for (int k = 0; k < 3; ++k) fill_column(m_c->W, k, share.moment[k], normal, L_);
   }
   for (std::size_t i = 0; i < modes_.joints.size(); ++i) {
     const JointRowInstant& joint = s_.joint_frictions[i];
@@ -267,11 +311,11 @@ bool ModeDynamics::evaluate(const State& x) {
     bias_.resize(m);
     int row = 0;
     for (const double b : biases_.joint_rows) bias_[row++] = b;
-    for (std::size_t i = 0; i < asked_.size(); ++i) {
-      const int rows = 1 + (modes_.contacts[i].slides ? 0 : s_.contacts[at(asked_[i])].tangents);
-      bias_.segment(row, rows) = biases_.contacts[at(asked_[i])].head(rows);
-      row += rows;
-    }
+    for (std::size_t i = 0; i < asked_.size(); ++i)
+      for_rows(i, [&](bool moments, int column) {
+        bias_[row++] =
+            (moments ? biases_.moments[at(contact(i).moments)] : biases_.contacts[at(asked_[i])])[column];
+      });
     for (std::size_t i = 0; i < modes_.joints.size(); ++i)
       if (modes_.joints[i] == 0) bias_[row++] = biases_.joint_frictions[i];
     if (stabilise > 0) {
@@ -304,20 +348,21 @@ bool ModeDynamics::evaluate(const State& x) {
   }
   nu_dot = free_;
 
-  force.resize(asked_.size());
   int row = static_cast<int>(s_.joint_rows.size());
+  force.assign(asked_.size(), Vector3::Zero());
+  moment.assign(s_.moments.empty() ? 0 : asked_.size(), Vector3::Zero());
   for (std::size_t i = 0; i < asked_.size(); ++i) {
-    const ContactInstant& c = s_.contacts[at(asked_[i])];
-    force[i].setZero();
-    if (modes_.contacts[i].slides && c.tangents > 0) {
-      const double c_n = c_[row++];
-      const Vector3 d = friction_direction(c, i, c.velocity(x.nu));
-      force[i].x() = c_n;
-      for (int t = 1; t <= c.tangents; ++t) force[i][t] = -c.mu * c_n * c.frame.col(t).dot(d);
-    } else {
-      force[i].head(1 + c.tangents) = c_.segment(row, 1 + c.tangents);
-      row += 1 + c.tangents;
+    for_rows(i, [&](bool moments, int column) { (moments ? moment : force)[i][column] = c_[row++]; });
+    if ((!modes_.contacts[i].slides && !modes_.contacts[i].rolls) || contact(i).tangents == 0) continue;
+    const ContactInstant& c = contact(i);
+    if (c.moments < 0) {
+      const Vector3 d = sliding_direction(x, i);
+      for (int t = 1; t <= c.tangents; ++t) force[i][t] = -c.mu * force[i].x() * c.frame.col(t).dot(d);
+      continue;
     }
+    const FrictionShare share = sliding_share(x, i);
+    force[i].tail<2>() += force[i].x() * share.force;
+    moment[i] += force[i].x() * share.moment;
   }
   joint_force.resize(static_cast<Eigen::Index>(modes_.joints.size()));
   for (std::size_t i = 0; i < modes_.joints.size(); ++i)

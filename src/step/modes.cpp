@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/index.hpp"
+#include "step/contact_blocks.hpp"
+#include "step/moment_laws.hpp"
 
 namespace perp {
 JointFreedom freedom_of(const Model& model, const JointRowInstant& friction) {
@@ -24,10 +26,18 @@ Modes modes_by_velocity(const Model& model, const State& x, const Instant& insta
     if (c.psi_n > scales.small_gap()) continue;
     const bool closes = std::find(closing.begin(), closing.end(), c.point) != closing.end();
     if (u.x() > scales.small_speed() && !closes) continue;
-    Vector3 u_f = Vector3::Zero();
-    for (int t = 1; t <= c.tangents; ++t) u_f += u[t] * c.frame.col(t);
-    ClosedContact closed{.point = c.point, .slides = u_f.norm() > scales.small_speed()};
-    if (closed.slides) closed.direction = u_f.normalized();
+    const MomentInstant* m = instant.moments_of(c);
+    ClosedContact closed{.point = c.point};
+    Vector3 omega = Vector3::Zero();
+    if (m != nullptr) {
+      closed.lever = lever_of(model, instant, c, *m);
+      omega = m->velocity(x.nu);
+    }
+    const Vector3 slip = slip_of(c, m, u, omega, closed.lever), roll = roll_of(c, m, omega, closed.lever);
+    closed.slides = slip.norm() > scales.small_speed();
+    if (closed.slides) closed.direction = slip.normalized();
+    closed.rolls = roll.norm() > scales.small_speed();
+    if (closed.rolls) closed.rolling = roll.normalized();
     modes.contacts.push_back(closed);
   }
   for (const JointRowInstant& row : instant.joint_frictions) {

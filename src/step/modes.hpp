@@ -9,9 +9,13 @@ namespace perp {
 
 /// A contact with psi_n = 0 and u_n = 0.
 struct ClosedContact {
-  int point = 0;                        ///< among all points of the model
-  bool slides = false;                  ///< u_f != 0
-  Vector3 direction = Vector3::Zero();  ///< of u_f, unit, world axes, if it slides
+  int point = 0;        ///< among all points of the model
+  bool slides = false;  ///< u_f != 0, or it spins against torsion
+  Vector3 direction =
+      Vector3::Zero();  ///< of u_f, unit, world axes, if it slides; with torsion that of slip_of
+  bool rolls = false;   ///< against rolling friction
+  Vector3 rolling = Vector3::Zero();  ///< direction of roll_of, unit, world axes, if it does
+  double lever = 1;                   ///< of a contact with moments: what angular velocities count by [m]
 };
 
 /// Which contacts are closed and what slides, by velocity: the sets S and R of (3), (4).

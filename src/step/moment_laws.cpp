@@ -84,7 +84,8 @@ void need_no_moments(std::string_view method, const Model& model) {
   const Contact* contact = model.contact_with_moments();
   if (contact == nullptr) return;
   const std::string where = "contact '" + contact->name + "'",
-                    why = "is not known to " + std::string(method) + ": ncp, ncp-start and ncp2 know it";
+                    why = "is not known to " + std::string(method) +
+                          ": ncp, ncp-start, ncp2, event and extrapolated know it";
   if (contact->torsion > 0) refuse(where, "torsion", contact->torsion, why);
   if (contact->rolling > 0) refuse(where, "rolling", contact->rolling, why);
   refuse(where, "friction_axes", "given", why);

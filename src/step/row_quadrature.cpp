@@ -35,6 +35,7 @@ bool RowQuadrature::read(ModeDynamics& dynamics, Node& node) {
   dynamics.kinematic_map(node.x, node.q_dot);
   node.normal.clear();
   node.force.clear();
+  node.moment.clear();
   Power power;
   const auto& closed = dynamics.modes().contacts;
   for (std::size_t i = 0; i < closed.size(); ++i) {
@@ -44,6 +45,13 @@ bool RowQuadrature::read(ModeDynamics& dynamics, Node& node) {
     power.surface -= f.dot(c.bias);
     node.normal.push_back(f.x());
     node.force.push_back(c.frame * f);
+    if (s.moments.empty()) continue;
+    const Vector3& tau = dynamics.moment[i];
+    node.moment.push_back(c.frame * tau);
+    if (const MomentInstant* m = s.moments_of(c)) {
+      power.friction += tau.dot(m->velocity(nu));
+      power.surface -= tau.dot(m->bias);
+    }
   }
   const auto rows = static_cast<Eigen::Index>(s.joint_rows.size());
   node.joint_reaction = dynamics.multipliers().head(rows);
@@ -152,6 +160,8 @@ RowSums RowQuadrature::sums(const Model& model) const {
     row.normal.push_back(sum([i](const Node& n) { return n.normal[i]; }));
     row.impulse.emplace_back(sum([i](const Node& n) { return n.force[i]; }));
   }
+  for (std::size_t i = 0; i < nodes_[0].moment.size(); ++i)
+    row.moment.emplace_back(sum([i](const Node& n) { return n.moment[i]; }));
   row.joint_reaction = sum([](const Node& n) { return n.joint_reaction; });
   row.joint_friction = sum([](const Node& n) { return n.joint_friction; });
   row.friction = sum([](const Node& n) { return n.power.friction; });

@@ -23,8 +23,9 @@ class RowQuadrature {
   struct Node {
     State x;
     Vector q_dot, nu_dot;
-    std::vector<double> normal;  ///< force of each closed contact along n,
-    std::vector<Vector3> force;  ///< and all of it, world axes
+    std::vector<double> normal;   ///< force of each closed contact along n,
+    std::vector<Vector3> force;   ///< and all of it, world axes
+    std::vector<Vector3> moment;  ///< of each, world axes; empty where no contact has moments
     Vector joint_reaction, joint_friction;
     Power power;
     std::vector<Matrix> M;  ///< of generalized bodies

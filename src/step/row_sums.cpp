@@ -10,7 +10,8 @@ namespace {
 
 enum Work { Friction, Load, Motor, Surface, works };
 
-constexpr Eigen::Index of_contact = 4;  // along n, and the vector
+/// Of a closed contact: along n, and the vector; with moments theirs too.
+Eigen::Index of_contact(const Instant& s) { return s.moments.empty() ? 4 : 7; }
 
 }  // namespace
 
@@ -18,6 +19,7 @@ RowSums& RowSums::operator+=(const RowSums& next) {
   if (!known) return *this = next;
   for (std::size_t i = 0; i < normal.size(); ++i) normal[i] += next.normal[i];
   for (std::size_t i = 0; i < impulse.size(); ++i) impulse[i] += next.impulse[i];
+  for (std::size_t i = 0; i < moment.size(); ++i) moment[i] += next.moment[i];
   joint_reaction += next.joint_reaction;
   joint_friction += next.joint_friction;
   friction += next.friction;
@@ -31,7 +33,7 @@ RowSums& RowSums::operator+=(const RowSums& next) {
 
 Eigen::Index RowRates::size(const ModeDynamics& dynamics) {
   const Instant& s = dynamics.instant();
-  return of_contact * static_cast<Eigen::Index>(dynamics.modes().contacts.size()) +
+  return of_contact(s) * static_cast<Eigen::Index>(dynamics.modes().contacts.size()) +
          static_cast<Eigen::Index>(s.joint_rows.size() + s.joint_frictions.size()) + works;
 }
 
@@ -49,19 +51,22 @@ void RowRates::assemble(const ModeDynamics& dynamics, const State& x) {
   const auto joints = static_cast<Eigen::Index>(s.joint_rows.size());
   const auto& closed = dynamics.modes().contacts;
   z = joints;
-  for (std::size_t i = 0; i < closed.size(); ++i, sum += of_contact) {
+  for (std::size_t i = 0; i < closed.size(); ++i, sum += of_contact(s)) {
     const ContactInstant& c = s.contacts[at(s.contact_of_point[at(closed[i].point)])];
-    const bool tied = closed[i].slides && c.tangents > 0;
-    const int columns = 1 + (closed[i].slides ? 0 : c.tangents);
+    const MomentInstant* m = s.moments_of(c);
     const Vector3 u = c.velocity(x.nu);
-    for (int k = 0; k < columns; ++k, ++z) {
-      Vector3 f = Vector3::Unit(k);  // along n, t, o
-      if (tied) f.tail<2>() = -c.mu * (c.frame.transpose() * dynamics.sliding_direction(x, i)).tail<2>();
+    dynamics.for_columns(x, i, [&](const Vector3& f, const Vector3& moment) {
       Q_(sum, z) = f.x();
       Q_.block<3, 1>(sum + 1, z) = c.frame * f;
       Q_(work + Friction, z) = f.tail<2>().dot(u.tail<2>());
       Q_(work + Surface, z) = -f.dot(c.bias);
-    }
+      if (m != nullptr) {
+        Q_.block<3, 1>(sum + 4, z) = c.frame * moment;
+        Q_(work + Friction, z) += moment.dot(m->velocity(x.nu));
+        Q_(work + Surface, z) -= moment.dot(m->bias);
+      }
+      ++z;
+    });
   }
   for (Eigen::Index i = 0; i < joints; ++i, ++sum) {
     const JointRowInstant& row = s.joint_rows[at(i)];
@@ -109,9 +114,10 @@ RowSums RowRates::unpack(const ModeDynamics& dynamics, const Vector& sums, const
   RowSums row;
   row.known = true;
   Eigen::Index i = 0;
-  for (std::size_t k = 0; k < dynamics.modes().contacts.size(); ++k, i += of_contact) {
+  for (std::size_t k = 0; k < dynamics.modes().contacts.size(); ++k, i += of_contact(s)) {
     row.normal.push_back(sums[i]);
     row.impulse.emplace_back(sums.segment<3>(i + 1));
+    if (!s.moments.empty()) row.moment.emplace_back(sums.segment<3>(i + 4));
   }
   const auto take = [&](std::size_t n) {
     const Vector part = sums.segment(i, static_cast<Eigen::Index>(n));

@@ -11,6 +11,7 @@ struct RowSums {
   bool known = false;            ///< false: nothing has been summed
   std::vector<double> normal;    ///< impulse of each closed contact along n [N s]
   std::vector<Vector3> impulse;  ///< and all of it, world axes
+  std::vector<Vector3> moment;   ///< of moments, likewise [N m s]; empty where no contact has them
   Vector joint_reaction, joint_friction;
   double friction = 0, load = 0, motor = 0, surface = 0;  ///< works [J]
   double momentum_residual = not_set;   ///< [N s, N m s] by how much the end of the row is off its equations,

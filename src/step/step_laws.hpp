@@ -68,11 +68,12 @@ class StepLaws {
     for (const ContactInstant& c : start_.contacts) {
       const bool acts =
           next != a_.first.end() && next->of == Reaction::Of::Contact && next->source == c.point;
-      if (acts)
-        ++next;
-      else
+      if (acts) {
+        if (++next != a_.first.end() && next->of == Reaction::Of::Moments) ++next;
+      } else {
         raise(e_.normal,
               std::min(0.0, std::max(c.psi_n / h, -a_.max_correction_speed) + c.velocity(a_.nu_q).x()));
+      }
     }
   }
 

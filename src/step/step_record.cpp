@@ -82,6 +82,7 @@ void add_joint_reaction(const JointRowInstant& row, double p, StepReport& report
 
 void add_joint_friction(const JointRowInstant& along, double p, ContactMode mode, StepReport& report) {
   for (JointImpulse& joint : rows_of(along.joint, report)) {
+    if (joint.coordinate != along.coordinate) continue;
     joint.friction += p;
     joint.mode = mode;
   }

@@ -89,7 +89,7 @@ TEST_CASE("scene files say every kind of joint, stops, motors and springs, and w
   const Model& model = s.model;
   REQUIRE(model.joints().size() == 6);
   CHECK(model.joint({3}).asked.lead == 0.002);
-  CHECK(model.joint({3}).friction == 0.5);
+  CHECK(model.joint({3}).frictions == std::vector{0.5});
   CHECK(model.joint({5}).asked.ratio == -2);
   REQUIRE(model.contacts().size() == 3);
   CHECK(model.contacts()[0].name == "pipe.slide.lower");

@@ -1,6 +1,7 @@
 // An island seen from its contacts: velocities as a linear function of impulses, joints eliminated.
 #pragma once
 
+#include <array>
 #include <Eigen/Cholesky>
 #include <vector>
 
@@ -17,7 +18,8 @@ namespace perp {
 /// A rank-deficient N (a closed loop, footnote 6) is solved in the least-squares sense, with the p_b of least sum c_bi p_bi^2, c_bi
 /// the compliance of a row: the rule for redundant reactions (doc/methods/redundant.md).
 ///
-/// Rows: for each contact of the island n, and as many of t, o as it has; then one for each joint friction.
+/// Rows: for each contact of the island n, and as many of t, o as it has, then its torsion and its rolling about t, o, if it has them;
+/// then one for each joint friction.
 class ReducedSystem {
  public:
   /// nu_free (nv): the velocity without any reaction. joint_bias (all joint rows of the instant): b_b.
@@ -50,8 +52,24 @@ class ReducedSystem {
   void eliminate_joints(const Model& model, const Instant& instant, const Island& island,
                         const Vector& nu_free, const Vector& joint_bias);
 
-  std::vector<int> offset_;              // first row of each contact
-  std::vector<WrenchMap<3>> contact_Y_;  // M^-1 W of each contact,
+  /// Rows of a contact, or of its moments.
+  struct Part {
+    int contact = 0;  // in Instant::contacts
+    bool moments = false;
+    int row = 0;  // the first
+    int count = 0;
+    std::array<int, 3> column{0, 1, 2};  // of W, for each row
+    WrenchMap<3> Y = {};                 // M^-1 W
+
+    const WrenchMap<3>& W(const Instant& instant) const {
+      const ContactInstant& c = instant.contacts[static_cast<std::size_t>(contact)];
+      return moments ? instant.moments_of(c)->W : c.W;
+    }
+  };
+  void find_parts(const Instant& instant, const Island& island);
+
+  std::vector<int> offset_;  // first row of each contact
+  std::vector<Part> parts_;
   std::vector<WrenchMap<1>> friction_Y_, joint_Y_;
   int frictions_ = 0;  // first row of the joint frictions
   int rank_ = 0;

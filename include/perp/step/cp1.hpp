@@ -38,6 +38,7 @@ struct Cp1Contact {
 
 struct Cp1Joint {
   int joint = 0;        ///< in Model::joints()
+  int coordinate = 0;   ///< of its coordinates
   double friction = 0;  ///< along its freedom [N, N m]
   bool slips = false;   ///< moves, or begins to
 };

@@ -54,6 +54,7 @@ class EventDriven : public AdaptiveStepper {
 
   std::string_view name() const override { return "event"; }
   int order() const override { return 0; }
+  bool knows_moments() const override { return true; }
   double tolerance() const override { return options_.rtol; }
   const EventDrivenOptions& options() const { return options_; }
 

@@ -32,6 +32,7 @@ class Extrapolated : public AdaptiveStepper {
 
   std::string_view name() const override { return "extrapolated"; }
   int order() const override { return options_.order; }
+  bool knows_moments() const override { return true; }
   double tolerance() const override { return options_.rtol; }
   bool chooses() const override { return options_.order == 0; }
   const ExtrapolatedOptions& options() const { return options_; }
