@@ -15,6 +15,13 @@
 
 namespace perp {
 
+/// Multiplications of one block's own problem in a sweep, and of what an iteration of Newton's method does beside factors, about.
+template <int R>
+double own_work(const Block<R>& block) {
+  return block.frictionless() ? 5 : R > 3 ? 800 : block.planar() ? 40 : 100;
+}
+inline constexpr double newton_own_work = 100;
+
 /// The linear maps of the scaled problem: W itself, and solutions of (A + B W) x = y for block-diagonal A, B, the
 /// form of every Newton system here. A block with B_i = 0 is eliminated before factoring.
 template <int R>
@@ -27,10 +34,18 @@ class DelassusOperator {
   virtual bool factor(const Squares<R>& A, const Squares<R>& B) = 0;
   /// x with (A + B W) x = y, refined if need be, and Wx beside it. False if x is not finite.
   virtual bool solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) = 0;
-  /// Row i of W r alone, for sweeps.
+  /// Row i of W r alone.
   virtual Column<R> row(int i, const Columns<R>& r) const = 0;
   /// Dense copy, for small problems and other solvers' stages.
   virtual Matrix dense() const = 0;
+
+  /// For sweeps: keeps W r of some r up to date while its blocks change one by one.
+  virtual void hold(const Columns<R>& r) { held_ = r; }
+  virtual Column<R> held(int i) const { return row(i, held_); }
+  virtual void add(int i, const Column<R>& dr) { held_.col(i) += dr; }
+  /// Multiplications of W in a sweep, and of one Newton system set up, factored and solved, about. By default factors are out of reach.
+  virtual double sweep_work() const { return 1; }
+  virtual double newton_work() { return infinity; }
 
  protected:
   template <class SolveOnce>
@@ -38,7 +53,7 @@ class DelassusOperator {
               const SolveOnce& solve_once);
 
  private:
-  Columns<R> residual_, correction_;
+  Columns<R> residual_, correction_, held_;
 };
 
 /// W stored as sparse (R, R) blocks, factored in its own pattern.
@@ -52,6 +67,8 @@ class LocalOperator final : public DelassusOperator<R> {
   bool solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) override;
   Column<R> row(int i, const Columns<R>& r) const override;
   Matrix dense() const override;
+  double sweep_work() const override;
+  double newton_work() override;
 
  private:
   void solve_once(const Columns<R>& y, Columns<R>& x);

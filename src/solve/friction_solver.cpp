@@ -65,6 +65,36 @@ class Chain {
         point);
   }
 
+  /// Sweeps first, as long as they pay. Newton's method takes more than three iterations, but a multiplication in its blocks costs less
+  /// than one in a sweep.
+  void sweeps_first() {
+    constexpr int few = 30;          // contacts: of fewer, iterations cost no more than sweeps
+    constexpr double by_newton = 3;  // iterations
+    if (done() || system_.n < few) return;
+    attempt(
+        FrictionStage::GaussSeidel,
+        [&](Iterate<R>& point) {
+          sweeps_while_they_pay(system_, by_newton, options_.tolerance, budget_, point);
+        },
+        best);
+  }
+
+  /// Where Newton stalled: sweeps as long as they pay beside a homotopy, then Newton once more.
+  void sweeps_again() {
+    constexpr int few = 30;             // contacts
+    constexpr double by_homotopy = 40;  // iterations
+    if (done() || system_.n < few) return;
+    attempt(
+        FrictionStage::GaussSeidel,
+        [&](Iterate<R>& point) {
+          const double before = point.error;
+          sweeps_while_they_pay(system_, by_homotopy, options_.tolerance, budget_, point);
+          if (point.error < before && point.error > options_.tolerance) newton_from(point, {.most = 25});
+          sharpen(point);
+        },
+        best);
+  }
+
   /// One interior-point run, then the polish from its best point.
   void interior_point_stage(FrictionStage name, const InteriorPointOptions& interior) {
     Iterate<R> point;
@@ -170,8 +200,10 @@ class Chain {
 
 template <int R>
 void start_chain(Chain<R>& chain, const FrictionOptions& options) {
+  chain.sweeps_first();
   if (options.start.size() > 0) chain.sweep_start();
   if (!chain.done()) chain.newton_stage(25);
+  chain.sweeps_again();
 }
 
 template <int R>

@@ -87,6 +87,12 @@ template <int R>
 void proximal_point(const ContactSystem<R>& system, const ProximalOptions& options, double tolerance,
                     Budget& budget, Iterate<R>& best);
 
+/// Sweeps as long as they are the cheapest way to the tolerance: what is left to do at the contraction just measured costs less than
+/// `iterations` of Newton's method would, both in multiplications. Where it cannot be they do not begin.
+template <int R>
+void sweeps_while_they_pay(const ContactSystem<R>& system, double iterations, double tolerance,
+                           Budget& budget, Iterate<R>& best);
+
 /// Sweeps with an exact solution of each contact alone.
 template <int R>
 void gauss_seidel(const ContactSystem<R>& system, int sweeps, double tolerance, Budget& budget,

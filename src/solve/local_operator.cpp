@@ -28,6 +28,17 @@ Column<R> LocalOperator<R>::row(int i, const Columns<R>& r) const {
 }
 
 template <int R>
+double LocalOperator<R>::sweep_work() const {
+  return 1.0 * R * R * static_cast<double>(values_.size());
+}
+
+template <int R>
+double LocalOperator<R>::newton_work() {
+  if (!lu_.analyzed()) lu_.analyze(pattern_);
+  return lu_.factor_work() + 3 * lu_.solve_work() + 1.0 * R * R * R * static_cast<double>(values_.size());
+}
+
+template <int R>
 void LocalOperator<R>::apply(const Columns<R>& r, Columns<R>& Wr) const {
   Wr.resize(R, r.cols());
   for (int i = 0; i < pattern_.size(); ++i) Wr.col(i) = row(i, r);

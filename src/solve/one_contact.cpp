@@ -14,16 +14,27 @@ bool newton_one_contact(const Block<R>& block, const Square<R>& W, const Column<
   Column<R> p;
   Square<R> P;
   const double size = q.norm();
-  for (int k = 0; k < 12; ++k) {
+  for (int k = 0;; ++k) {
     const Column<R> u = W * r + q;
     alart_curnier_projection<R>(block, r - u, p, P);
     const Column<R> F = r - p;
-    if (F.norm() <= 1e-14 * (size + r.norm())) return true;
+    const double miss = F.norm(), scale = size + r.norm();
+    if (miss <= 1e-14 * scale) return true;
+    if (k == 12) return miss <= 1e-13 * scale;  // as near as rounding lets it
     const Square<R> J = Square<R>::Identity() - P + P * W;
     r -= J.partialPivLu().solve(F);
     if (!r.allFinite()) return false;
   }
-  return false;
+}
+
+/// The reaction that stops a contact with a disc, if it lies in the cone.
+bool stick(const Block<3>& block, const Matrix3& W, const Vector3& q, Vector3& r) {
+  Matrix3 A = W;
+  if (block.planar()) A(2, 2) += W(0, 0);  // a row not in use
+  r.noalias() = -(A.inverse() * q);
+  const double bound = block.radius * r(0);
+  return r(0) > 0 && r.tail<2>().squaredNorm() <= bound * bound &&
+         (W * r + q).squaredNorm() <= 1e-28 * q.squaredNorm();
 }
 
 /// Sliding along the unit vector d: u_N = 0, r_T = -mu r_N d. Returns r_N, infinite if u_N never closes.
@@ -88,7 +99,10 @@ Column<R> solve_one_contact(const Block<R>& block, const Square<R>& W, const Col
     return answer;
   }
   if (block.contact && q(0) >= 0) return Column<R>::Zero();  // separating without a reaction
-  Column<R> answer = r;
+  Column<R> answer;
+  if constexpr (R == 3)
+    if (block.contact && block.is_disc() && stick(block, W, q, answer)) return answer;
+  answer = r;
   if (newton_one_contact(block, W, q, answer)) return answer;
   answer = alone;
   if (newton_one_contact(block, W, q, answer)) return answer;

@@ -123,6 +123,38 @@ Column<R> VelocityOperator<R>::row(int i, const Columns<R>& r) const {
 }
 
 template <int R>
+void VelocityOperator<R>::hold(const Columns<R>& r) {
+  held_v_.setZero(6, bodies_);
+  for (const Arm& arm : arms_) held_v_.col(arm.body).noalias() += arm.H * r.col(arm.contact);
+  for (int b = 0; b < bodies_; ++b) held_v_.col(b) = (inverse_mass_[b] * held_v_.col(b)).eval();
+}
+
+template <int R>
+Column<R> VelocityOperator<R>::held(int i) const {
+  Column<R> u = Column<R>::Zero();
+  for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p)
+    u.noalias() += arms_[p].H.transpose() * held_v_.col(arms_[p].body);
+  return u;
+}
+
+template <int R>
+void VelocityOperator<R>::add(int i, const Column<R>& dr) {
+  for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p)
+    held_v_.col(arms_[p].body).noalias() += inverse_mass_[arms_[p].body] * (arms_[p].H * dr).eval();
+}
+
+template <int R>
+double VelocityOperator<R>::sweep_work() const {
+  return (12.0 * R + 36) * static_cast<double>(arms_.size());
+}
+
+template <int R>
+double VelocityOperator<R>::newton_work() {
+  if (!lu_.analyzed()) lu_.analyze(pattern_);
+  return lu_.factor_work() + 3 * lu_.solve_work() + 54.0 * R * static_cast<double>(place_.size());
+}
+
+template <int R>
 bool VelocityOperator<R>::factor(const Squares<R>& A, const Squares<R>& B) {
   if (!lu_.analyzed()) lu_.analyze(pattern_);
   A_ = A;

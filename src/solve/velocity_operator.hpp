@@ -28,6 +28,11 @@ class VelocityOperator final : public DelassusOperator<R> {
   bool solve(const Columns<R>& y, Columns<R>& x, Columns<R>& Wx) override;
   Column<R> row(int i, const Columns<R>& r) const override;
   Matrix dense() const override;
+  void hold(const Columns<R>& r) override;
+  Column<R> held(int i) const override;
+  void add(int i, const Column<R>& dr) override;
+  double sweep_work() const override;
+  double newton_work() override;
 
  private:
   struct Arm {
@@ -49,6 +54,7 @@ class VelocityOperator final : public DelassusOperator<R> {
   std::vector<Block6> sum_;  // the pattern's blocks
   Squares<R> A_, B_, A_inverse_, D_;
   mutable BlockLu<6>::Columns v_;
+  BlockLu<6>::Columns held_v_;  // M^-1 H r of what is held
 };
 
 }  // namespace perp

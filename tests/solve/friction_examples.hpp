@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "perp/solve/friction_solver.hpp"
 
@@ -43,6 +44,58 @@ inline FrictionProblem random_friction_problem(unsigned seed) {
     const int which = draw.integer(0, 5);
     problem.mu(i) = which == 0 ? 0 : which == 1 ? 10 : which == 2 ? 1e-6 : draw.uniform(0, 1.5);
   }
+  return problem;
+}
+
+/// A step of 10 ms of discs of 1 kg in the plane: layers between walls, each disc on two below, pushed about; in the reduced form, with
+/// 160 to 370 contacts.
+inline FrictionProblem disc_pile(unsigned seed) {
+  Draw draw(seed);
+  constexpr double radius = 0.5, pitch = 2.1 * radius, h = 0.01;
+  const double rise = std::sqrt(4 * radius * radius - pitch * pitch / 4);
+  const int across = draw.integer(8, 12), layers = draw.integer(11, 15);
+  const double mu = draw.uniform(0.1, 0.8);
+  std::vector<Vector2> centre;
+  for (int layer = 0; layer < layers; ++layer)
+    for (int k = 0; k < across - layer % 2; ++k)
+      centre.emplace_back(pitch * (k + 0.5 * (layer % 2)), radius + rise * layer);
+  const int bodies = static_cast<int>(centre.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  int contacts = 0;
+  const auto act_on = [&](int body, double sign, const Vector2& n, const Vector2& t) {
+    for (int k = 0; k < 2; ++k) {
+      entries.emplace_back(3 * body + k, 2 * contacts, sign * n[k]);
+      entries.emplace_back(3 * body + k, 2 * contacts + 1, sign * t[k]);
+    }
+    entries.emplace_back(3 * body + 2, 2 * contacts + 1, radius);
+  };
+  const auto add = [&](int a, int b, const Vector2& n) {  // n from a (-1: a wall) to b
+    const Vector2 t(n.y(), -n.x());
+    act_on(b, 1, n, t);
+    if (a >= 0) act_on(a, -1, n, t);
+    ++contacts;
+  };
+  for (int b = 0; b < bodies; ++b) {
+    const Vector2& c = centre[static_cast<std::size_t>(b)];
+    if (c.y() < 1.1 * radius) add(-1, b, {0, 1});
+    if (c.x() < 0.1 * radius) add(-1, b, {1, 0});
+    if (c.x() > pitch * (across - 1.1)) add(-1, b, {-1, 0});
+    for (int a = 0; a < b; ++a) {
+      const Vector2 apart = c - centre[static_cast<std::size_t>(a)];
+      if (apart.norm() < 2.02 * radius) add(a, b, apart.normalized());
+    }
+  }
+  SparseMatrix H(3 * bodies, 2 * contacts);
+  H.setFromTriplets(entries.begin(), entries.end());
+  Vector inverse_mass(3 * bodies), v(3 * bodies);
+  for (int b = 0; b < bodies; ++b) {
+    inverse_mass.segment<3>(3 * b) << 1, 1, 2 / (radius * radius);
+    v.segment<3>(3 * b) << draw.uniform(-0.01, 0.01), -9.81 * h, draw.uniform(-0.01, 0.01);
+  }
+  FrictionProblem problem;
+  problem.W = SparseMatrix(H.transpose() * SparseMatrix(inverse_mass.asDiagonal() * H));
+  problem.q = H.transpose() * v;
+  problem.mu = Vector::Constant(contacts, mu);
   return problem;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "friction_examples.hpp"
+#include "perp/study/friction_families.hpp"
 
 using namespace perp;
 
@@ -29,6 +30,19 @@ bool claims_hold(const FrictionProblem& problem, const FrictionSolution& s) {
     if (i % 3 == 0 ? y(i) < 0 : y(i) != 0) return false;
   const Matrix W = problem.W.to_dense();
   return (W.transpose() * y).norm() < 1e-8 * W.norm() * y.norm() && problem.q.dot(y) < 0;
+}
+
+/// The largest miss of Signorini's and Coulomb's laws in the plane, forces as speeds of discs of 1 kg [m/s].
+double breach_of_coulomb(const FrictionProblem& problem, const Vector& r) {
+  const Vector u = problem.W.to_sparse() * r + problem.q;
+  double worst = 0;
+  for (Eigen::Index i = 0; i < problem.blocks(); ++i) {
+    const double u_n = u[2 * i], u_t = u[2 * i + 1], r_n = r[2 * i], r_t = r[2 * i + 1];
+    const double bound = problem.mu[i] * r_n;
+    worst = std::max({worst, -u_n, -r_n, std::min(u_n, r_n), std::abs(r_t) - bound});
+    if (std::abs(u_t) > 1e-8) worst = std::max(worst, std::abs(r_t + std::copysign(bound, u_t)));
+  }
+  return worst;
 }
 
 /// How many of the random problems of these seeds ended with which status, and by which stage. Each claim is judged.
@@ -299,6 +313,35 @@ TEST_CASE("a warm start with q changed by one percent needs few Newton steps", "
   }
   CHECK(others <= runs / 50);
   CHECK(many <= runs / 10);
+}
+
+TEST_CASE("sweeps that creep are tried, and leave the rest to Newton untouched", "[friction]") {
+  const FrictionProblem other = friction_family("kapla", 77, 2);
+  // a trial, and the answer of Newton's method alone to the last bit
+  const FrictionSolution chain = solve_friction(other),
+                         newton = solve_friction(other, {.method = FrictionMethod::Newton});
+  REQUIRE(chain.solved());
+  CHECK(chain.stage == FrictionStage::Newton);
+  CHECK(chain.iterations > newton.iterations);
+  CHECK(chain.iterations <= newton.iterations + 25);
+  CHECK((chain.r.array() == newton.r.array()).all());
+}
+
+TEST_CASE("a pile of discs that Newton's method does not solve is swept", "[friction]") {
+  const FrictionProblem pile = disc_pile(7);
+  CHECK_FALSE(solve_friction(pile, {.method = FrictionMethod::Newton, .max_iterations = 25}).solved());
+  const FrictionSolution swept = solve_friction(pile);
+  REQUIRE(swept.solved());
+  CHECK(swept.stage == FrictionStage::GaussSeidel);
+  CHECK(breach_of_coulomb(pile, swept.r) < 1e-8);
+}
+
+TEST_CASE("sweeps in the bodies' velocities take the steps of sweeps in W", "[friction]") {
+  const FrictionProblem global = friction_family("stack", 7, 4);
+  REQUIRE(global.is_global());
+  const FrictionOptions some{.method = FrictionMethod::GaussSeidel, .max_iterations = 20};
+  const FrictionSolution a = solve_friction(global, some), b = solve_friction(to_local(global), some);
+  CHECK((a.r - b.r).norm() < 1e-8 * b.r.norm());
 }
 
 TEST_CASE("options out of range are refused by name", "[friction]") {
