@@ -1,7 +1,7 @@
 // Blocks of three rows at most that one coefficient describes.
 #pragma once
 
-#include "blocks/block.hpp"
+#include "solve/blocks/block.hpp"
 
 namespace perp {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "block_lu.hpp"
-#include "blocks/block.hpp"
 #include "perp/solve/friction_residual.hpp"
+#include "solve/blocks/block.hpp"
 
 namespace perp {
 

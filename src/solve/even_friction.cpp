@@ -3,7 +3,7 @@
 #include <cmath>
 #include <Eigen/QR>
 
-#include "blocks/block.hpp"
+#include "solve/blocks/block.hpp"
 #include "vanishing_compliance.hpp"
 
 namespace perp {

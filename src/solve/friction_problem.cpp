@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "blocks/layout.hpp"
 #include "perp/core/errors.hpp"
+#include "solve/blocks/layout.hpp"
 
 namespace perp {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "blocks/block.hpp"
+#include "solve/blocks/block.hpp"
 
 namespace perp {
 
