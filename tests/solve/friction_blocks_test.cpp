@@ -6,6 +6,8 @@
 #include <string>
 
 #include "friction_examples.hpp"
+#include "solve/friction_islands.hpp"
+#include "solve/friction_stages.hpp"
 
 using namespace perp;
 
@@ -284,6 +286,20 @@ TEST_CASE("every method solves problems with moments on its own, or says with it
   }
 }
 
+TEST_CASE("the homotopy alone comes to the answers of problems with moments", "[friction][blocks]") {
+  int solved = 0;
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    const ContactSystem<6> system = contact_system<6>(mixed_blocks(seed));
+    Iterate<6> best;
+    best.r = Columns<6>::Zero(6, system.n);
+    evaluate(system, best);
+    Budget budget;
+    interior_point(system, {}, 1e-5, budget, best);
+    solved += best.error <= 1e-5;
+  }
+  CHECK(solved >= 50);
+}
+
 TEST_CASE("the chain solves 200 problems of several contacts of any kinds", "[friction][blocks]") {
   for (unsigned seed = 100; seed < 300; ++seed) {
     const FrictionProblem p = mixed_blocks(seed);
@@ -315,6 +331,7 @@ TEST_CASE("problems with moments side by side end as they do each alone", "[fric
     both.rolling = join(a.rolling, b.rolling);
     both.kinds = a.kinds;
     both.kinds.insert(both.kinds.end(), b.kinds.begin(), b.kinds.end());
+    for (const FrictionIsland& island : friction_islands(both)) REQUIRE_NOTHROW(check(island.problem));
     const FrictionSolution s = solve_friction(both, {.use_ipopt = false});
     CAPTURE(seed, s.residual);
     REQUIRE(s.solved());
