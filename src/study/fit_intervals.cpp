@@ -8,7 +8,7 @@ namespace {
 
 constexpr double mark = 1.96 * 1.96;  // of chi^2 with one degree of freedom, 95 %
 constexpr double cancels = 1e-8;      // columns of J parallel to 1e-4: as far as differences can tell
-constexpr double part =
+constexpr double belongs =
     0.03;  // an entry of a unit vector that belongs to it; below, rounding of the differences
 
 }  // namespace
@@ -28,7 +28,7 @@ Curvature curvature(const Matrix& H, const Vector& scale) {
     }
     result.flat.push_back({v});
     for (Eigen::Index i = 0; i < n; ++i)
-      if (std::abs(v[i]) > part) result.identifiable[static_cast<std::size_t>(i)] = false;
+      if (std::abs(v[i]) > belongs) result.identifiable[static_cast<std::size_t>(i)] = false;
   }
   result.covariance = S * result.covariance * S;
   return result;

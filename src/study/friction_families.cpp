@@ -10,7 +10,7 @@
 namespace perp {
 namespace {
 
-constexpr double g = 9.81;
+constexpr double gravity = 9.81;
 constexpr int world = ContactAssembly::fixed;
 
 Matrix3 about(const Vector3& axis, double angle) {
@@ -46,7 +46,7 @@ ContactAssembly box(Random& random, int side) {
           {sides.x() * (double(i) / (side - 1) - 0.5), sides.y() * (double(j) / (side - 1) - 0.5), 0},
           Vector3::UnitZ(), mu, 0, e);
   const double tilt = random.uniform(0, 1.2);
-  assembly.gravity(about(random.vector(1), tilt) * Vector3(0, 0, -g));
+  assembly.gravity(about(random.vector(1), tilt) * Vector3(0, 0, -gravity));
   if (random.chance(0.7)) {
     const double speed = random.decades(-3, 1);
     assembly.set_velocity(body, random.vector(speed), random.vector(speed / size));
@@ -77,7 +77,7 @@ ContactAssembly stack(Random& random, bool large) {
       assembly.set_velocity(body, random.vector(random.decades(-2, 0.5)), Vector3::Zero());
     z += height;
   }
-  assembly.gravity({0, 0, -g});
+  assembly.gravity({0, 0, -gravity});
   return assembly;
 }
 
@@ -107,7 +107,7 @@ FrictionProblem wall(Random& random, bool large) {
       laid[row].emplace_back(body, left);
     }
   assembly.gravity(about(Vector3::UnitX(), random.chance(0.3) ? random.uniform(0, 0.5) : 0) *
-                   Vector3(0, 0, -g));
+                   Vector3(0, 0, -gravity));
   const auto& hit_row = laid[random.integer(0, rows - 1)];
   const int hit = hit_row[random.integer(0, bricks - 1)].first;
   assembly.set_velocity(hit, random.vector(random.decades(-2, 1)), random.vector(1));
@@ -142,7 +142,7 @@ FrictionProblem kapla(Random& random, bool large) {
     }
     below = above;
   }
-  assembly.gravity({0, 0, -g});
+  assembly.gravity({0, 0, -gravity});
   return assembly.problem();
 }
 
@@ -180,7 +180,7 @@ ContactAssembly spheres(Random& random, bool large) {
         assembly.set_velocity(body, random.vector(speed), random.vector(speed / radius));
       }
   }
-  assembly.gravity({0, 0, -g});
+  assembly.gravity({0, 0, -gravity});
   return assembly;
 }
 
@@ -209,7 +209,7 @@ Peg make_peg(Random& random, int rings, double mu) {
       }
   }
   peg.assembly.push(peg.body, random.vector(random.decades(0, 3)));
-  peg.assembly.gravity({0, 0, -g});
+  peg.assembly.gravity({0, 0, -gravity});
   const double speed = random.decades(-2, 0.5);
   peg.assembly.set_velocity(peg.body, random.vector(speed), random.vector(speed / peg.length));
   return peg;
@@ -264,7 +264,7 @@ FrictionProblem wedge(Random& random, bool large) {
     assembly.set_velocity(body, Vector3(0, 0, -random.decades(-2, 1)) + random.vector(0.1),
                           random.vector(0.5));
   }
-  assembly.gravity({0, 0, -g});
+  assembly.gravity({0, 0, -gravity});
   return assembly.problem();
 }
 
@@ -288,7 +288,7 @@ FrictionProblem painleve(Random& random, bool large) {
     assembly.set_velocity(rod, {(random.chance(0.5) ? speed : -speed), random.uniform(-0.2, 0.2), 0},
                           Vector3(0, random.uniform(-1, 1), 0));
   }
-  assembly.gravity({0, 0, -g});
+  assembly.gravity({0, 0, -gravity});
   return assembly.problem();
 }
 
