@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "instant/pair_side.hpp"
+#include "instant/pair_slopes.hpp"
 
 namespace perp {
 namespace {
@@ -87,47 +87,6 @@ struct Directions {
   }
 };
 
-/// d(t) and d(o) from d(n), t the projection of a fixed `wish` across n (in the plane t = n x z).
-template <class Derived>
-void turn_frame(const ContactInstant& c, const Eigen::MatrixBase<Derived>& dn, Derived& dt, Derived& d_o) {
-  const Vector3 n = c.frame.col(0), t = c.frame.col(1);
-  if (c.tangents == 1) {
-    dt = -skew(Vector3::UnitZ()) * dn;
-  } else {
-    const double along = n.dot(c.wish);
-    const Matrix3 across = (Matrix3::Identity() - t * t.transpose()) / (c.wish - along * n).norm();
-    dt = -across * (along * Matrix3::Identity() + n * c.wish.transpose()) * dn;
-  }
-  d_o = -skew(t) * dn + skew(n) * dt;
-}
-
-/// s.motion.surface's derivatives, by central differences: it is a velocity field that its maker gave as values alone.
-struct SurfaceSlope {
-  Vector3 value, by_t;
-  Matrix3 by_point;
-};
-
-/// Over 1e-5 of the distance from the bodies' origins, and of the time in which something runs or falls that far: truncation and rounding
-/// are both 1e-10 of a field that bends over them.
-SurfaceSlope surface_slope(const Model& model, const Instant& s, const ContactInstant& c,
-                           const PrescribedMotion& motion, double t) {
-  constexpr double part = 1e-5;
-  const Vector3& point = c.position;
-  SurfaceSlope slope{motion.surface(t, point), {}, {}};
-  double length = point.norm();
-  for (const int body : {c.W.a, c.W.b}) length = std::max(length, (point - s.X[at(body)].p).norm());
-  if (length == 0) length = 1;  // a point on both origins: nothing else is there to measure by
-  const double speed =
-      std::max({slope.value.norm(), c.velocity(s.nu).norm(), std::sqrt(model.gravity().norm() * length)});
-  const double step = part * length, dt = speed > 0 ? part * length / speed : part;
-  slope.by_t = (motion.surface(t + dt, point) - motion.surface(t - dt, point)) / (2 * dt);
-  for (int k = 0; k < 3; ++k) {
-    const Vector3 d = step * Vector3::Unit(k);
-    slope.by_point.col(k) = (motion.surface(t, point + d) - motion.surface(t, point - d)) / (2 * step);
-  }
-  return slope;
-}
-
 Directions<1> directions(const Model& model, const Instant& s, const JointRowInstant& row) {
   const JointGeometry& joint = model.joint({row.joint});
   const JointRow& geometry =
@@ -142,14 +101,6 @@ Directions<1> directions(const Model& model, const Instant& s, const JointRowIns
   d.d_point.middleCols<3>(6).setIdentity();
   d.d_point.middleCols<3>(9) = -skew(row.point - s.X[at(row.W.b)].p);
   return d;
-}
-
-template <int C>
-Eigen::Matrix<double, 12, 1> velocities(const WrenchMap<C>& W, const Vector& nu) {
-  Eigen::Matrix<double, 12, 1> local = Eigen::Matrix<double, 12, 1>::Zero();
-  for (int i = 0; i < W.na; ++i) local[i] = nu[W.va + i];
-  for (int i = 0; i < W.nb; ++i) local[6 + i] = nu[W.vb + i];
-  return local;
 }
 
 /// How a gap of one's own changes along the direction (dq, dt) at (q, t): columns and explicit rates.
@@ -201,6 +152,29 @@ void differentiate_own(const Model& model, const State& x, const ContactInstant&
   out.velocity_t << own_slope(contact, q, x.t, Vector::Zero(body.nv), 1).velocity(nu), 0;
 }
 
+}  // namespace
+
+/// Over 1e-5 of the distance from the bodies' origins, and of the time in which something runs or falls that far: truncation and rounding
+/// are both 1e-10 of a field that bends over them.
+SurfaceSlope surface_slope(const Model& model, const Instant& s, const ContactInstant& c,
+                           const PrescribedMotion& motion, double t) {
+  constexpr double part = 1e-5;
+  const Vector3& point = c.position;
+  SurfaceSlope slope{motion.surface(t, point), {}, {}};
+  double length = point.norm();
+  for (const int body : {c.W.a, c.W.b}) length = std::max(length, (point - s.X[at(body)].p).norm());
+  if (length == 0) length = 1;  // a point on both origins: nothing else is there to measure by
+  const double speed =
+      std::max({slope.value.norm(), c.velocity(s.nu).norm(), std::sqrt(model.gravity().norm() * length)});
+  const double step = part * length, dt = speed > 0 ? part * length / speed : part;
+  slope.by_t = (motion.surface(t + dt, point) - motion.surface(t - dt, point)) / (2 * dt);
+  for (int k = 0; k < 3; ++k) {
+    const Vector3 d = step * Vector3::Unit(k);
+    slope.by_point.col(k) = (motion.surface(t, point + d) - motion.surface(t, point - d)) / (2 * step);
+  }
+  return slope;
+}
+
 /// Along the motion at once.
 Vector3 own_bias(const Model& model, const State& x, const ContactInstant& c) {
   const Contact& contact = model.contacts()[at(c.contact)];
@@ -211,8 +185,6 @@ Vector3 own_bias(const Model& model, const State& x, const ContactInstant& c) {
   bias.head<2>() = speed * own_slope(contact, q, x.t, nu / speed, 1 / speed).velocity(nu);
   return bias;
 }
-
-}  // namespace
 
 void differentiate(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
                    const ContactDerivative& geometry, const Vector3& p, PairDerivative<3>& out) {
@@ -274,21 +246,6 @@ void differentiate(const Model& model, const Instant& instant, const JointRowIns
   out.velocity_t[0] = d.prescribed(0, instant.t, du);
   if (row.prescribed)
     out.velocity_t[0] -= model.joint({row.joint}).motions[at(row.coordinate)]->acceleration_at(instant.t);
-}
-
-Vector3 acceleration_bias(const Model& model, const State& x, const Instant& instant, const ContactInstant& c,
-                          const ContactDerivative& geometry) {
-  if (model.contacts()[at(c.contact)].own) return own_bias(model, x, c);
-  PairDerivative<3> d;
-  differentiate(model, x, instant, c, geometry, Vector3::Zero(), d);
-  return d.velocity * velocities(c.W, x.nu) + d.velocity_t;
-}
-
-double acceleration_bias(const Model& model, const State& x, const Instant& instant,
-                         const JointRowInstant& row) {
-  PairDerivative<1> d;
-  differentiate(model, instant, row, 0, d);
-  return (d.velocity * velocities(row.W, x.nu) + d.velocity_t)[0];
 }
 
 void ContactDerivatives::evaluate(const Model& model, const Instant& instant, std::span<const int> which) {

@@ -197,6 +197,21 @@ void BlockLu<B>::solve(Columns& x) const {
   }
 }
 
+template <int B>
+double BlockLu<B>::factor_work() const {
+  double blocks = 0;  // inverses and products
+  for (size_t k = 0; k < order_.size(); ++k) {
+    const double later = structure_.start[k + 1] - structure_.start[k];
+    blocks += 1 + later + later * later;
+  }
+  return B * B * B * blocks;
+}
+
+template <int B>
+double BlockLu<B>::solve_work() const {
+  return B * B * (static_cast<double>(order_.size()) + 2 * static_cast<double>(structure_.later.size()));
+}
+
 template class BlockLu<3>;
 template class BlockLu<6>;
 

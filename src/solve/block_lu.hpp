@@ -59,6 +59,12 @@ class BlockLu {
   bool factor();
   /// x := A^-1 x over the rows that take part; the others stay as they are.
   void solve(Columns& x) const;
+  /// After factor(): the inverse of what is left of row i's diagonal block when the rows before it are eliminated.
+  const Block& inverse_pivot(int i) const { return diagonal_[rank_[i]]; }
+
+  /// Multiplications of factor() and of solve() where every row takes part.
+  double factor_work() const;
+  double solve_work() const;
 
  private:
   std::vector<int> order_, rank_;

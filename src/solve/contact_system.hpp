@@ -20,6 +20,9 @@ using Blocks3 = std::vector<Matrix3>;
 /// Where a block's rows stand among the three.
 inline int first_row(BlockKind kind) { return kind == BlockKind::Interval ? 1 : 0; }
 
+/// Multiplications of one contact's own problem, about.
+inline constexpr double one_contact_work = 100;
+
 /// The linear maps of the scaled problem: W itself, and solutions of (A + B W) x = y for block-diagonal A, B, the
 /// form of every Newton system here. A block with B_i = 0 is eliminated before factoring.
 class DelassusOperator {
@@ -31,8 +34,15 @@ class DelassusOperator {
   virtual bool factor(const Blocks3& A, const Blocks3& B) = 0;
   /// x with (A + B W) x = y, refined if need be, and Wx beside it. False if x is not finite.
   virtual bool solve(const Columns3& y, Columns3& x, Columns3& Wx) = 0;
-  /// Row i of W r alone, for sweeps.
+  /// Row i of W r alone.
   virtual Vector3 row(int i, const Columns3& r) const = 0;
+  /// For sweeps: keeps W r of some r up to date while its blocks change one by one.
+  virtual void hold(const Columns3& r) { held_ = r; }
+  virtual Vector3 held(int i) const { return row(i, held_); }
+  virtual void add(int i, const Vector3& dr) { held_.col(i) += dr; }
+  /// Multiplications, about: of a sweep, and of one Newton system set up, factored and solved. By default factors are out of reach.
+  virtual double sweep_work() const { return 0; }
+  virtual double newton_work() { return infinity; }
   /// Dense copy, for small problems and other solvers' stages.
   virtual Matrix dense() const = 0;
 
@@ -42,7 +52,7 @@ class DelassusOperator {
               const SolveOnce& solve_once);
 
  private:
-  Columns3 residual_, correction_;
+  Columns3 residual_, correction_, held_;
 };
 
 /// W stored as sparse 3x3 blocks, factored in its own pattern.
@@ -54,6 +64,8 @@ class LocalOperator final : public DelassusOperator {
   bool factor(const Blocks3& A, const Blocks3& B) override;
   bool solve(const Columns3& y, Columns3& x, Columns3& Wx) override;
   Vector3 row(int i, const Columns3& r) const override;
+  double sweep_work() const override;
+  double newton_work() override;
   Matrix dense() const override;
 
  private:

@@ -64,6 +64,15 @@ class Chain {
         point);
   }
 
+  /// Sweeps first, as long as they pay. Of few contacts Newton's iterations cost no more than sweeps.
+  void sweeps_first() {
+    constexpr int few = 30;  // contacts
+    if (done() || system_.n < few) return;
+    attempt(
+        FrictionStage::GaussSeidel,
+        [&](Iterate& point) { sweeps_while_they_pay(system_, options_.tolerance, budget_, point); }, best);
+  }
+
   /// One interior-point run, then the polish from its best point.
   void interior_point_stage(FrictionStage name, const InteriorPointOptions& interior) {
     Iterate point;
@@ -168,6 +177,7 @@ class Chain {
 };
 
 void start_chain(Chain& chain, const FrictionOptions& options) {
+  chain.sweeps_first();
   if (options.start.size() > 0) chain.sweep_start();
   if (!chain.done()) chain.newton_stage(25);
 }

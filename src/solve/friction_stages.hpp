@@ -78,6 +78,10 @@ struct ProximalOptions {
 void proximal_point(const ContactSystem& system, const ProximalOptions& options, double tolerance,
                     Budget& budget, Iterate& best);
 
+/// Sweeps as long as they are the cheapest way to the tolerance: what is left to do at the contraction just measured costs less than
+/// Newton's method would, both in multiplications.
+void sweeps_while_they_pay(const ContactSystem& system, double tolerance, Budget& budget, Iterate& best);
+
 /// Sweeps with an exact solution of each contact alone.
 void gauss_seidel(const ContactSystem& system, int sweeps, double tolerance, Budget& budget, Iterate& best);
 

@@ -22,6 +22,15 @@ Vector3 LocalOperator::row(int i, const Columns3& r) const {
   return sum;
 }
 
+double LocalOperator::sweep_work() const {
+  return 9.0 * static_cast<double>(values_.size()) + one_contact_work * pattern_.size();
+}
+
+double LocalOperator::newton_work() {
+  if (!lu_.analyzed()) lu_.analyze(pattern_);
+  return lu_.factor_work() + 3 * lu_.solve_work() + 27.0 * static_cast<double>(values_.size());
+}
+
 void LocalOperator::apply(const Columns3& r, Columns3& Wr) const {
   Wr.resize(3, r.cols());
   for (int i = 0; i < pattern_.size(); ++i) Wr.col(i) = row(i, r);

@@ -115,6 +115,33 @@ Vector3 VelocityOperator::row(int i, const Columns3& r) const {
   return u;
 }
 
+void VelocityOperator::hold(const Columns3& r) {
+  held_v_.setZero(6, bodies_);
+  for (const Arm& arm : arms_) held_v_.col(arm.body).noalias() += arm.H * r.col(arm.contact);
+  for (int b = 0; b < bodies_; ++b) held_v_.col(b) = (inverse_mass_[b] * held_v_.col(b)).eval();
+}
+
+Vector3 VelocityOperator::held(int i) const {
+  Vector3 u = Vector3::Zero();
+  for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p)
+    u.noalias() += arms_[p].H.transpose() * held_v_.col(arms_[p].body);
+  return u;
+}
+
+void VelocityOperator::add(int i, const Vector3& dr) {
+  for (int p = arm_start_[i]; p < arm_start_[i + 1]; ++p)
+    held_v_.col(arms_[p].body).noalias() += inverse_mass_[arms_[p].body] * (arms_[p].H * dr).eval();
+}
+
+double VelocityOperator::sweep_work() const {
+  return 72.0 * static_cast<double>(arms_.size()) + one_contact_work * contacts_;
+}
+
+double VelocityOperator::newton_work() {
+  if (!lu_.analyzed()) lu_.analyze(pattern_);
+  return lu_.factor_work() + 3 * lu_.solve_work() + 162.0 * static_cast<double>(place_.size());
+}
+
 bool VelocityOperator::factor(const Blocks3& A, const Blocks3& B) {
   if (!lu_.analyzed()) lu_.analyze(pattern_);
   A_ = A;

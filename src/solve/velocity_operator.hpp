@@ -26,6 +26,11 @@ class VelocityOperator final : public DelassusOperator {
   bool factor(const Blocks3& A, const Blocks3& B) override;
   bool solve(const Columns3& y, Columns3& x, Columns3& Wx) override;
   Vector3 row(int i, const Columns3& r) const override;
+  void hold(const Columns3& r) override;
+  Vector3 held(int i) const override;
+  void add(int i, const Vector3& dr) override;
+  double sweep_work() const override;
+  double newton_work() override;
   Matrix dense() const override;
 
  private:
@@ -48,6 +53,7 @@ class VelocityOperator final : public DelassusOperator {
   std::vector<Block6> sum_;  // the pattern's blocks
   Blocks3 A_, B_, A_inverse_, D_;
   mutable BlockLu<6>::Columns v_;
+  BlockLu<6>::Columns held_v_;  // M^-1 H r of what is held
 };
 
 }  // namespace perp

@@ -138,7 +138,7 @@ void EventRun::read_roots(EventSample& s) {
     pulls = true;
     slider_pulls = slider_pulls || (root.kind == Root::Lift && modes_.contacts[closed].slides);
   }
-  if (!pulls || slider_pulls || dynamics_.basis().size() == 0 || !forces_are_feasible(s)) return;
+  if (!pulls || slider_pulls || !dynamics_.redundant() || !forces_are_feasible(s)) return;
   for (Eigen::Index i = 0; i < n; ++i) {
     if (roots_[at(i)].of_force()) s.g[i] = std::max(s.g[i], feasible * roots_[at(i)].small);
   }
@@ -307,7 +307,7 @@ bool EventRun::locate(const EventSample& after, EventSample& found, std::vector<
     }
     triggers.clear();
     // forces that are not unique do not say which of them came to its limit
-    const bool any_force = dynamics_.basis().size() > 0 && roots_[first].of_force();
+    const bool any_force = dynamics_.redundant() && roots_[first].of_force();
     for (std::size_t i = 0; i < roots_.size(); ++i) {
       const auto j = static_cast<Eigen::Index>(i);
       if (i == first || (fell(i, after) && found.g[j] < 1e3 * roots_[i].small) ||

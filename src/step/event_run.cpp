@@ -253,7 +253,7 @@ bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
     const int point = modes_.contacts[i].point;
     // a body on redundant contacts comes to rest at all of them together
     const bool rests = triggered(triggers, Root::ContactRests, point) ||
-                       (one_rests && modes_.contacts[i].slides && dynamics_.basis().size() > 0);
+                       (one_rests && modes_.contacts[i].slides && dynamics_.redundant());
     if (rests && dynamics_.as_good_as_stopped(now_.x, i)) resting_.push_back(point);
   }
   if (!settle(triggers)) return false;

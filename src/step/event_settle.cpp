@@ -47,7 +47,7 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
       return fail(StepStatus::NotFinite, fault);
     if (!std::isfinite(dynamics_.project(x))) return fail(StepStatus::NotFinite, "the state is not finite");
     perp::evaluate(model_, x, instant_);
-    problem_.compliance = dynamics_.basis().size() > 0 ? slight_give : 0;
+    problem_.compliance = dynamics_.redundant() ? slight_give : 0;
     // without sliding friction matrices are symmetric and answers that are several a rarity not worth much time
     const bool slides = std::any_of(closed.contacts.begin(), closed.contacts.end(),
                                     [](const ClosedContact& c) { return c.slides; });

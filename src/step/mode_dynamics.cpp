@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
-#include <numeric>
 
 #include "instant/compliance.hpp"
 
@@ -13,22 +10,6 @@ namespace perp {
 namespace {
 
 std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
-template <int C>
-void fill_column(const WrenchMap<C>& W, int column, double factor, int target, Matrix& out) {
-  for (int i = 0; i < W.na; ++i) out(W.va + i, target) += factor * W.A(i, column);
-  for (int i = 0; i < W.nb; ++i) out(W.vb + i, target) += factor * W.B(i, column);
-}
-
-/// M^-1 of every column.
-void solve_mass_columns(const Model& model, const Instant& s, const Matrix& F, Matrix& out) {
-  out.resize(F.rows(), F.cols());
-  for (Eigen::Index j = 0; j < F.cols(); ++j)
-    for (int i = 0; i < static_cast<int>(model.bodies().size()); ++i) {
-      const Body& body = model.bodies()[at(i)];
-      if (body.nv > 0) solve_mass(model, s, i, F.col(j).data() + body.v0, out.col(j).data() + body.v0);
-    }
-}
 
 // times the error of a velocity [-]
 constexpr double uncertain = 300;  // its direction is known to a few thousandths
@@ -42,34 +23,11 @@ Vector3 tangential(const ContactInstant& c, const State& x) {
   return u_f;
 }
 
-/// z with N z = rhs, N symmetric positive semidefinite: that of least norm after scaling the diagonal to 1.
-Vector solve_symmetric(const Matrix& N, const Vector& rhs) {
-  const Matrix V = range_basis(N);
-  if (V.size() == 0) return N.llt().solve(rhs);
-  return V * (V.transpose() * N * V).llt().solve(V.transpose() * rhs);
-}
-
 }  // namespace
-
-Matrix range_basis(const Matrix& N) {
-  if (N.rows() == 0) return {};
-  const Vector scale = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Matrix scaled = scale.asDiagonal() * N * scale.asDiagonal();
-  const Eigen::LLT<Matrix> llt(scaled);
-  // a pivot's square root tells whether rows repeat each other
-  if (llt.info() == Eigen::Success && llt.matrixLLT().diagonal().minCoeff() > 1e-6) return {};
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index i = 0; i < N.rows(); ++i)
-    if (eigen.eigenvalues()[i] > 1e-11 * static_cast<double>(N.rows())) kept.push_back(i);
-  return scale.asDiagonal() * Matrix(eigen.eigenvectors()(Eigen::all, kept));
-}
 
 std::string ModeDynamics::begin(const State& x, const Modes& modes, double small_speed) {
   modes_ = modes;
   small_speed_ = small_speed;
-  V_.resize(0, 0);
-  V_position_.resize(0, 0);
   const std::size_t n = modes.contacts.size();
   direction_.assign(n, Vector3::Zero());
   speed_.assign(n, 0);
@@ -86,45 +44,82 @@ std::string ModeDynamics::begin(const State& x, const Modes& modes, double small
     else
       from_rest_[i] = 1;
   }
+  arrange();
   begin_step(x);
   assemble(x);
   find_basis();
   return "";
 }
 
-/// Z with R Z = 0 of some rows; (rows, 0) if none repeats another. Bodies count as of 1 kg.
-Matrix ModeDynamics::repeated(const std::vector<int>& rows, double threshold) const {
-  const auto n = static_cast<Eigen::Index>(rows.size());
-  Matrix R = R_(Eigen::all, rows), Y;
-  solve_mass_columns(model_, s_, R, Y);
-  for (const Body& b : model_.bodies())
-    if (b.nv > 0 && b.kind != BodyKind::Generalized) Y.middleRows(b.v0, b.nv) *= b.mass;
-  const Matrix N = R.transpose() * Y;
-  const Vector scale = N.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Matrix scaled = scale.asDiagonal() * N * scale.asDiagonal();
-  const Eigen::LLT<Matrix> llt(scaled);
-  // a pivot's square root tells whether rows repeat each other
-  if (n == 0 || (llt.info() == Eigen::Success && llt.matrixLLT().diagonal().minCoeff() > 1e-6))
-    return Matrix(n, 0);
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(scaled);
-  const Eigen::Index count = (eigen.eigenvalues().array() <= threshold * static_cast<double>(n)).count();
-  return scale.asDiagonal() * Matrix(eigen.eigenvectors().leftCols(count));  // eigenvalues ascend
+void ModeDynamics::arrange() {
+  all_.arrange(rows_);
+  std::vector<char> on(static_cast<std::size_t>(rows_.size()), 0);
+  for (const int i : position_rows_) on[at(i)] = 1;
+  positions_.arrange(rows_, std::move(on));
 }
 
+/// How rows repeat each other, and forces that are the rule's. Bodies count as of 1 kg.
 void ModeDynamics::find_basis() {
   constexpr double dependent = 1e-11;  // eigenvalue of rows of length 1 a row: directions 3e-6 apart are one
-  // an orthonormal basis of what is across C Z
-  const auto across = [&](const std::vector<int>& rows, const Matrix& Z) -> Matrix {
-    if (Z.cols() == 0) return {};
-    const Matrix CZ = compliance_(rows).asDiagonal() * Z;
-    const Matrix Q = Eigen::HouseholderQR<Matrix>(CZ).householderQ();
-    return Q.rightCols(Z.rows() - Z.cols());
-  };
-  std::vector<int> all(static_cast<std::size_t>(row_count()));
-  std::iota(all.begin(), all.end(), 0);
-  Z_ = repeated(all, dependent);
-  V_ = across(all, Z_);
-  V_position_ = across(position_rows_, repeated(position_rows_, dependent));
+  rows_.respond(model_, s_, false, Y_);
+  for (std::size_t k = 0; k < Y_.size(); ++k)
+    for (int side = 0; side < 2; ++side) {
+      const Body& b = model_.bodies()[at(rows_.groups()[k].body[side])];
+      if (b.nv > 0 && b.kind != BodyKind::Generalized) Y_[k][at(side)] *= b.mass;
+    }
+  redundant_ = false;
+  for (RowFactors* factors : {&all_, &positions_}) {
+    factors->find_dependent(rows_, Y_, dependent);
+    for (RowFactors::Part& part : factors->parts()) {
+      if (part.Z.cols() == 0) continue;
+      // an orthonormal basis of what is across C Z
+      const Matrix CZ = compliance_(part.rows).asDiagonal() * part.Z;
+      const Matrix Q = Eigen::HouseholderQR<Matrix>(CZ).householderQ();
+      part.V = Q.rightCols(part.Z.rows() - part.Z.cols());
+      redundant_ = redundant_ || factors == &all_;
+    }
+  }
+}
+
+/// Whether the rows that repeated each other at find_basis() still do so in the same shares.
+bool ModeDynamics::repeats() {
+  constexpr double same = 1e-12;  // of the rows
+  for (const RowFactors::Part& part : all_.parts()) {
+    double squares = 0, miss = 0;
+    for (const int k : part.groups)
+      for (const RowGroup::Block& R : rows_.groups()[at(k)].R) squares += R.squaredNorm();
+    for (Eigen::Index j = 0; j < part.Z.cols(); ++j) {
+      b_.setZero(rows_.size());
+      b_(part.rows) = part.Z.col(j);
+      scratch_.setZero(model_.nv());
+      rows_.add(false, b_, scratch_);
+      miss += scratch_.squaredNorm();
+    }
+    if (std::sqrt(miss) > same * std::sqrt(squares) * part.Z.norm()) return false;
+  }
+  return true;
+}
+
+Matrix ModeDynamics::basis_of(const RowFactors& factors) const {
+  const bool any = std::any_of(factors.parts().begin(), factors.parts().end(),
+                               [](const RowFactors::Part& part) { return part.V.size() > 0; });
+  if (!any) return {};
+  Matrix V = Matrix::Zero(rows_.size(), rows_.size());
+  Eigen::Index column = 0;
+  for (const RowFactors::Part& part : factors.parts()) {
+    const auto n = static_cast<Eigen::Index>(part.rows.size());
+    const Matrix own = part.V.size() > 0 ? part.V : Matrix(Matrix::Identity(n, n));
+    for (Eigen::Index i = 0; i < n; ++i) V.row(part.rows[at(i)]).segment(column, own.cols()) = own.row(i);
+    column += own.cols();
+  }
+  return V.leftCols(column);
+}
+
+Matrix ModeDynamics::basis() const { return basis_of(all_); }
+
+Matrix ModeDynamics::position_basis() const {
+  const Matrix V = basis_of(positions_);
+  return V.size() > 0 ? Matrix(V(position_rows_, Eigen::all)) : V;
 }
 
 void ModeDynamics::begin_step(const State& x) {
@@ -147,7 +142,7 @@ void ModeDynamics::begin_step(const State& x) {
     if (speed > slow()) from_rest_[i] = 0;
   }
   // of joints alone the motion does not depend on which of their forces are taken, and a loop turns away from those of its start
-  if (V_.size() > 0 && modes_.contacts.empty()) find_basis();
+  if (redundant_ && modes_.contacts.empty()) find_basis();
 }
 
 /// What begins to slide keeps its direction up to this speed.
@@ -211,17 +206,15 @@ void ModeDynamics::assemble(const State& x) {
   for (std::size_t i = 0; i < asked_.size(); ++i)
     m += 1 + (modes_.contacts[i].slides ? 0 : s_.contacts[at(asked_[i])].tangents);
   for (const int sign : modes_.joints) m += sign == 0 ? 1 : 0;
-  R_.setZero(model_.nv(), m);
+  rows_.start();
   compliance_.resize(m);
-  L_.setZero(model_.nv(), m);
   velocity_.resize(m);
   gap_.setZero(m);
   load_ = s_.k;
   position_rows_.clear();
   int row = 0;
   for (const JointRowInstant& joint : s_.joint_rows) {
-    fill_column(joint.W, 0, 1, row, R_);
-    L_.col(row) = R_.col(row);
+    rows_.add(joint.W, 0);
     velocity_[row] = joint.velocity(x.nu);
     compliance_[row] = compliance_of(model_, joint);
     gap_[row] = joint.psi_b;
@@ -232,8 +225,7 @@ void ModeDynamics::assemble(const State& x) {
     const Vector3 u = c.velocity(x.nu);
     const int rows = 1 + (modes_.contacts[i].slides ? 0 : c.tangents);
     for (int t = 0; t < rows; ++t) {
-      fill_column(c.W, t, 1, row + t, R_);
-      L_.col(row + t) = R_.col(row + t);
+      rows_.add(c.W, t);
       velocity_[row + t] = u[t];
       compliance_[row + t] = compliance_of(model_, c);
     }
@@ -241,7 +233,7 @@ void ModeDynamics::assemble(const State& x) {
     position_rows_.push_back(row);
     if (modes_.contacts[i].slides && c.tangents > 0) {
       const Vector3 d = friction_direction(c, i, u);
-      for (int t = 1; t <= c.tangents; ++t) fill_column(c.W, t, -c.mu * c.frame.col(t).dot(d), row, L_);
+      for (int t = 1; t <= c.tangents; ++t) rows_.tie(c.W, t, -c.mu * c.frame.col(t).dot(d));
     }
     row += rows;
   }
@@ -251,11 +243,11 @@ void ModeDynamics::assemble(const State& x) {
       joint.W.add_impulse(WrenchMap<1>::Columns(-modes_.joints[i] * joint.friction), load_);
       continue;
     }
-    fill_column(joint.W, 0, 1, row, R_);
-    L_.col(row) = R_.col(row);
+    rows_.add(joint.W, 0);
     compliance_[row] = compliance_of(model_, joint);
     velocity_[row++] = joint.velocity(x.nu);
   }
+  rows_.finish();
 }
 
 bool ModeDynamics::evaluate(const State& x) {
@@ -280,26 +272,14 @@ bool ModeDynamics::evaluate(const State& x) {
       for (const int i : position_rows_)
         bias_[i] += stabilise * velocity_[i] + stabilise * stabilise * gap_[i];
     }
-    solve_mass_columns(model_, s_, L_, Y_);
-    N_.noalias() = R_.transpose() * Y_;
-    b_ = bias_;
-    b_.noalias() += R_.transpose() * free_;
-    if (V_.size() > 0 && !modes_.contacts.empty()) {
-      // rows turn: whether those that repeated each other do so in the same shares
-      constexpr double same = 1e-12;  // of the rows
-      if ((R_ * Z_).norm() > same * R_.norm() * Z_.norm()) find_basis();
-    }
-    if (V_.size() > 0) {
-      const Matrix reduced = V_.transpose() * N_ * V_;
-      lu_.compute(reduced);
-      c_ = -(V_ * lu_.solve(V_.transpose() * b_));
-    } else {
-      lu_.compute(N_);
-      c_ = lu_.solve(b_);
-      c_ = -c_;
-    }
+    if (redundant_ && !modes_.contacts.empty() && !repeats()) find_basis();  // rows turn
+    rows_.respond(model_, s_, true, Y_);
+    rows_.velocity(free_, b_);
+    b_ = -(b_ + bias_);
+    all_.factor(rows_, Y_);
+    all_.solve(rows_, Y_, b_, c_);
     if (!c_.allFinite()) return false;
-    free_.noalias() += Y_ * c_;
+    rows_.add_response(Y_, c_, free_);
   } else {
     c_.resize(0);
   }
@@ -329,7 +309,7 @@ bool ModeDynamics::evaluate(const State& x) {
 
 void ModeDynamics::kick(ModeKick& out) const {
   solve_mass(model_, s_, load_, out.free);
-  solve_mass_columns(model_, s_, L_, out.response);
+  rows_.respond(model_, s_, true, out.response);
 }
 
 bool ModeDynamics::meet(const ModeKick& from, State& x, Vector& z) {
@@ -337,15 +317,10 @@ bool ModeDynamics::meet(const ModeKick& from, State& x, Vector& z) {
     z.resize(0);
     return true;
   }
-  N_.noalias() = R_.transpose() * from.response;
-  if (V_.size() > 0) {
-    lu_.compute(V_.transpose() * N_ * V_);
-    z = -(V_ * lu_.solve(V_.transpose() * velocity_));
-  } else {
-    lu_.compute(N_);
-    z = -lu_.solve(velocity_);
-  }
-  x.nu.noalias() += from.response * z;
+  all_.factor(rows_, from.response);
+  b_ = -velocity_;
+  all_.solve(rows_, from.response, b_, z);
+  rows_.add_response(from.response, z, x.nu);
   return x.nu.allFinite();
 }
 
@@ -365,12 +340,14 @@ double ModeDynamics::project(State& x) {
   if (!rows(x)) return infinity;
   if (row_count() == 0) return 0;
   double left = violation();
+  Vector c;
   for (int iteration = 0; iteration < 8 && left > 0; ++iteration) {
-    const Matrix R = R_(Eigen::all, position_rows_);
-    solve_mass_columns(model_, s_, R, Y_);
-    const Vector d = -(Y_ * solve_symmetric(R.transpose() * Y_, gap_(position_rows_)));
+    rows_.respond(model_, s_, false, Y_);
+    positions_.solve_least(rows_, Y_, gap_, c);
+    scratch_.setZero(model_.nv());
+    rows_.add_response(Y_, -c, scratch_);
     const Vector before = x.q;
-    move(model_, d, 1, x.q);
+    move(model_, scratch_, 1, x.q);
     if (!rows(x)) return infinity;
     const double now = violation();
     if (!(now < left)) {  // rounding
@@ -381,8 +358,9 @@ double ModeDynamics::project(State& x) {
     left = now;
   }
   for (int pass = 0; pass < 2; ++pass) {
-    solve_mass_columns(model_, s_, R_, Y_);
-    x.nu -= Y_ * solve_symmetric(R_.transpose() * Y_, velocity_);
+    rows_.respond(model_, s_, false, Y_);
+    all_.solve_least(rows_, Y_, velocity_, c);
+    rows_.add_response(Y_, -c, x.nu);
     assemble(x);
   }
   return left;

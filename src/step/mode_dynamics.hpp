@@ -1,9 +1,9 @@
 // The system between events: with the modes of contacts and joints known, a differential equation.
 #pragma once
 
-#include <Eigen/LU>
 #include <vector>
 
+#include "instant/row_factors.hpp"
 #include "step/acceleration_biases.hpp"
 #include "step/modes.hpp"
 
@@ -11,8 +11,8 @@ namespace perp {
 
 /// What the forces of a state do in a unit of time, and what impulses along its rows L do.
 struct ModeKick {
-  Vector free;      ///< (nv) M^-1 k
-  Matrix response;  ///< (nv, m) M^-1 L
+  Vector free;              ///< (nv) M^-1 k
+  Rows::Response response;  ///< M^-1 L
 };
 
 /// In fixed modes every closed contact and every joint is a set of equations, and forces c along some rows R follow from
@@ -75,22 +75,25 @@ class ModeDynamics {
   long evaluations = 0;        ///< calls to evaluate
 
   // For the differential-algebraic form, which eliminates nothing: rows at x with `rows(x)`, then
-  int row_count() const { return static_cast<int>(R_.cols()); }
-  bool rows(const State& x);                            ///< fills the four below
-  const Matrix& R() const { return R_; }                ///< (nv, m)
-  const Matrix& L() const { return L_; }                ///< (nv, m)
+  int row_count() const { return rows_.size(); }
+  bool rows(const State& x);                                    ///< fills those below
+  Matrix R() const { return rows_.dense(false, model_.nv()); }  ///< (nv, m)
+  Matrix L() const { return rows_.dense(true, model_.nv()); }   ///< (nv, m)
   const Vector& load() const { return load_; }          ///< k with the friction of joints that slide
   const Vector& velocity() const { return velocity_; }  ///< (m) R^T nu + explicit part
   const Vector& gap() const { return gap_; }            ///< (m) psi of rows that are constraints on q
   const std::vector<int>& position_rows() const { return position_rows_; }  ///< of the rows those with a psi
-  const Matrix& basis() const { return V_; }                    ///< (m, r), empty if no row repeats another
-  const Matrix& position_basis() const { return V_position_; }  ///< the same of the position rows
+  bool redundant() const { return redundant_; }                             ///< some row repeats others
+  Matrix basis() const;           ///< (m, r), empty if no row repeats another
+  Matrix position_basis() const;  ///< the same of the position rows
   const Vector& multipliers() const { return c_; }              ///< of the last evaluate
 
  private:
   void assemble(const State& x);
+  void arrange();
   void find_basis();
-  [[nodiscard]] Matrix repeated(const std::vector<int>& rows, double threshold) const;
+  bool repeats();
+  [[nodiscard]] Matrix basis_of(const RowFactors& factors) const;
   double slow() const;
   Vector3 friction_direction(const ContactInstant& c, std::size_t i, const Vector3& u) const;
 
@@ -106,14 +109,12 @@ class ModeDynamics {
   Instant s_;
   AccelerationBiases biases_;
   std::vector<int> asked_;
-  Matrix R_, L_, Y_, N_, Z_, V_, V_position_;
-  Vector compliance_, load_, velocity_, gap_, bias_, free_, b_, c_;
+  Rows rows_;
+  Rows::Response Y_;
+  RowFactors all_, positions_;  // of all rows, and of those that are constraints on q
+  bool redundant_ = false;
+  Vector compliance_, load_, velocity_, gap_, bias_, free_, b_, c_, scratch_;
   std::vector<int> position_rows_;
-  Eigen::PartialPivLU<Matrix> lu_;
 };
-
-/// An orthonormal basis of the range of the symmetric positive semidefinite N, after its diagonal is scaled to 1, scaled back;
-/// empty if N has full rank.
-[[nodiscard]] Matrix range_basis(const Matrix& N);
 
 }  // namespace perp
