@@ -38,7 +38,7 @@ TEST_CASE("torsion, rolling and friction axes are read from a scene file and pri
     const std::string text = write_scene(*scene);
     CHECK(write_scene(read_scene(text, "t.toml")) == text);
   }
-  CHECK_THAT(message_of(contact("torsion = -1\n")), Contains("s.toml:12:11") && Contains("torsion is -1"));
+  CHECK_THAT(message_of(contact("torsion = -1\n")), Contains("s.toml:13:11") && Contains("torsion is -1"));
   CHECK_THAT(message_of(contact("rolling = \"1 kg\"\n")), Contains("rolling has the unit 'kg'"));
   CHECK_THAT(message_of(contact("mu = 0.1\nfriction_axes = { mu = [1, 2] }\n")), Contains("mu is 0.1"));
   CHECK_THAT(message_of(contact("friction_axes = { mu = [1, 2], of = \"a\" }\n")), Contains("of"));

@@ -128,10 +128,6 @@ TEST_CASE("every example of the document is a scene that runs and prints itself 
     CAPTURE(block);
     const Scene s = read_scene(block, "document.toml");
     CHECK(s.model.bodies().size() > 1);
-    if (block.find("[[shape]]") != std::string::npos) {  // doc/shapes.md, known failures
-      CHECK_THROWS_WITH(write_scene(s), Contains("which no file can say"));
-      continue;
-    }
     const std::string text = write_scene(s);
     const Scene again = read_scene(text, "document.toml");
     CHECK(write_scene(again) == text);

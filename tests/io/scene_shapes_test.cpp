@@ -191,18 +191,18 @@ position = [0, 0, 0.2]
 orientation = { axis = [1, 2, 0], angle = 0.3 }
 [[shape]]
 body = "wedge"
-kind = "ellipsoid"
-semi_axes = [0.1, 0.2, 0.3]
+kind = "sphere"
+radius = 0.1
 [[shape]]
 body = "brick"
 name = "knob"
 kind = "sphere"
 radius = 0.013
 [[no_contact]]
-a = "wedge.ellipsoid"
+a = "wedge.sphere"
 b = "ground.table"
 [[no_contact]]
-a = "wedge.ellipsoid"
+a = "wedge.sphere"
 b = "brick.box"
 [[no_contact]]
 overlapping = "at the start"

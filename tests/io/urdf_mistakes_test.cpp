@@ -38,7 +38,8 @@ TEST_CASE("what of a file does not enter is listed with its line", "[urdf]") {
       "r.urdf:1: kind in <robot>",
       "r.urdf:2: <material> 'blue'",
       "r.urdf:3: <visual> 'shell' of link 'base'",
-      "r.urdf:5: <mesh> of link 'base'",
+      "r.urdf:3: mesh 'foot.stl' of link 'base': foot.stl: No such file or directory, needs a mesh file",
+      "r.urdf:3: body 'base' in contacts: it is left without any shape, and meets nothing",
       "r.urdf:7: effort in <limit> of joint 'j'",
       "r.urdf:7: velocity in <limit> of joint 'j'",
       "r.urdf:8: <calibration> of joint 'j'",
@@ -81,7 +82,7 @@ TEST_CASE("what is not a robot is refused with the file and the line", "[urdf]")
        "r.urdf:2:1: joint 'j': add_limit"},
       {robot(held("revolute", heavy, "<dynamics friction=\"-1\"/>" + stops_far)), "r.urdf:2:1: joint 'j': "},
       {robot(xml_link("l", heavy + "<collision><geometry><sphere radius=\"-1\"/></geometry></collision>")),
-       "r.urdf:2:1: collision shape 'l': sphere_on_plane: radius is -1"},
+       "r.urdf:2:1: collision shape 'l': Shape::sphere: radius is -1"},
       {robot(xml_link("l", "<inertial><mass value=\"heavy\"/></inertial>")), "r.urdf:2:1: "},
   };
   for (const Bad& b : bad) {

@@ -313,8 +313,9 @@ TEST_CASE("a soft foot carries less, as its compliance says", "[redundant]") {
     const ContactRow foot = report.contact("foot" + std::to_string(i));
     CHECK((method == "event" ? foot.force.z() : foot.p_n / h) == Approx(load).epsilon(1e-9));
   }
-  CHECK_THROWS_WITH(model.add_contact(ground, table, point_on_plane({}), {.name = "no", .compliance = 0}),
-                    Catch::Contains("compliance") && Catch::Contains("> 0"));
+  CHECK_THROWS_WITH(
+      model.add_contact(ground, table, point_on_plane(Vector3::Zero()), {.name = "no", .compliance = 0}),
+      Catch::Contains("compliance") && Catch::Contains("> 0"));
 }
 
 TEST_CASE("a door on two hinges is carried by its compliances in m and in rad", "[redundant][joint]") {
