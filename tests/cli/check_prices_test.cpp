@@ -21,15 +21,15 @@ TEST_CASE("perp check prints unknowns, rows and the price of a step of every met
   const Scratch scratch("check-prices");
   const std::string sphere = run_perp(scratch, "check seed-sphere").out;
   CHECK(sphere.find("1 contact rows, 2 friction rows, 0 joint rows, 0 joint frictions") != std::string::npos);
-  CHECK(sphere.find("price lcp        10 unknowns in 1 LCPs; ") != std::string::npos);
-  CHECK(sphere.find("price ncp2       9 unknowns: 6 velocities, 3 impulses; ") != std::string::npos);
+  CHECK(sphere.find("price lcp          10 unknowns in 1 LCPs; ") != std::string::npos);
+  CHECK(sphere.find("price ncp2         9 unknowns: 6 velocities, 3 impulses; ") != std::string::npos);
   CHECK(sphere.find(" us a step") != std::string::npos);
   const std::string smooth = run_perp(scratch, "check seed-sphere --set mu=0").out;
   CHECK(smooth.find("1 contact rows, 0 friction rows") != std::string::npos);  // absence costs nothing
-  CHECK(smooth.find("price lcp        1 unknowns in 1 LCPs; ") != std::string::npos);
-  CHECK(smooth.find("price ncp2       7 unknowns: 6 velocities, 1 impulses; ") != std::string::npos);
+  CHECK(smooth.find("price lcp          1 unknowns in 1 LCPs; ") != std::string::npos);
+  CHECK(smooth.find("price ncp2         7 unknowns: 6 velocities, 1 impulses; ") != std::string::npos);
   const std::string flight = run_perp(scratch, "check dzhanibekov").out;
-  CHECK(flight.find("price lcp        0 unknowns in 0 LCPs; ") != std::string::npos);
+  CHECK(flight.find("price lcp          0 unknowns in 0 LCPs; ") != std::string::npos);
   const std::string pendulum = run_perp(scratch, "check friction-pendulum").out;
   CHECK(pendulum.find("0 contact rows, 0 friction rows, 2 joint rows, 1 joint frictions") !=
         std::string::npos);

@@ -11,8 +11,8 @@ namespace {
 Outcome run_with_fault(const Scratch& scratch, const std::string& kind, long k,
                        const std::string& arguments) {
   return run_perp(scratch, arguments,
-                  "PERP_FAULT=" + kind + " PERP_FAULT_AT=" + std::to_string(k) +
-                      " PERP_FAULT_COUNT=" + (scratch / "count") + " LD_PRELOAD=" PERP_FAULTS);
+                  "PERP_FAULT=" + kind + " PERP_FAULT_AT=" + std::to_string(k) + " PERP_FAULT_COUNT=" +
+                      (scratch / "count") + " OPENBLAS_NUM_THREADS=1 LD_PRELOAD=" PERP_FAULTS);
 }
 
 /// Calls of a kind that `arguments` makes when none fails.
