@@ -3,7 +3,7 @@
 //   newton          Alart-Curnier semismooth Newton from the given start (or zero), globalised
 //   interior-point  homotopy on the exact problem, polished by Newton; then from other starts
 //   proximal        Newton on a sequence of problems with W + alpha I
-//   gauss-seidel    sweeps over the contacts, polished
+//   gauss-seidel    sweeps over the contacts: first of all while they pay, and polished last
 //   ipopt           a mathematical program with relaxed complementarity, polished
 // The first that reaches the tolerance answers. doc/methods/friction.md has the mathematics.
 #pragma once
