@@ -26,6 +26,7 @@ std::string text_of(const Scene& s, const std::string& configuration, double h) 
       "<mujoco><compiler autolimits='true'/><option timestep=" + numbers({h}) + " gravity=" + vec(s.gravity) +
       " solver='Newton' cone='" + (configuration == "pyramidal" ? "pyramidal" : "elliptic") +
       "' integrator='" + (configuration == "rk4" ? "RK4" : "Euler") + "'/>" +
+      "<size nconmax='1000' njmax='4000'/>" +  // its own guess drops contacts of a stack that falls
       "<default><geom condim='3' friction=" + numbers({s.mu, 0, 0}) + "/></default><worldbody>";
   if (s.floor) text += "<geom type='plane' size='0 0 1'/>";
   Vec parent_x{};
