@@ -5,17 +5,12 @@
 #include <vector>
 
 #include "perp/model/differentiable_gap.hpp"
+#include "tests/model/random_poses.hpp"
 
 using namespace perp;
 using Catch::Contains;
 
 namespace {
-
-std::vector<ContactPoint> points(const Gap& gap, const Pose& X_WA, const Pose& X_WB) {
-  std::vector<ContactPoint> out(static_cast<std::size_t>(gap.points()));
-  gap(X_WA, X_WB, 0, out);
-  return out;
-}
 
 Pose at(double x, double y, double z, const Vector3& angle = Vector3::Zero()) {
   return {{x, y, z}, rotation(angle)};
