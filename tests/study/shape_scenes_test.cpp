@@ -34,6 +34,7 @@ Ran ran(const std::string& name, const SceneParameters& set, const std::string& 
   Ran r{scene(name, set), {}};
   const auto stepper = make_stepper(method);
   r.run = simulate(r.scene.model, *stepper, r.scene.start, {.t_end = t_end, .h = h});
+  REQUIRE(r.end().t == Approx(t_end));
   const Model& model = r.scene.model;
   double lowest = infinity, highest = -infinity, before = model.energy(r.scene.start);
   std::vector<double> gains;
@@ -96,18 +97,18 @@ TEST_CASE("a house of cards stands, and without friction it does not", "[shape_s
     INFO(method);
     const Ran r = ran("card-house", {{"storeys", 2}}, method, 0.005, 0.25);
     for (int b = 1; b < static_cast<int>(r.scene.model.bodies().size()); ++b)
-      CHECK((r.place(b) - r.scene.model.position(r.scene.start, {b})).norm() < 1e-6);
+      CHECK((r.place(b) - r.scene.model.position(r.scene.start, {b})).norm() < 1e-12);
     const Ran smooth = ran("card-house", {{"storeys", 1}, {"mu", 0.05}}, method, 0.005, 0.25);
     CHECK((smooth.place(1) - smooth.scene.model.position(smooth.scene.start, {1})).norm() > 0.005);
   }
 }
 
 TEST_CASE("three storeys of cards stand for two seconds", "[shape_scenes][slow]") {
-  for (const std::string method : {"ncp", "ncp2"}) {
+  for (const std::string method : {"lcp", "ncp"}) {  // ncp2: doc/shapes.md, known failures
     INFO(method);
     const Ran r = ran("card-house", {}, method, 0.005, 2);
     for (int b = 1; b < static_cast<int>(r.scene.model.bodies().size()); ++b)
-      CHECK((r.place(b) - r.scene.model.position(r.scene.start, {b})).norm() < 1e-5);
+      CHECK((r.place(b) - r.scene.model.position(r.scene.start, {b})).norm() < 1e-12);
   }
 }
 
