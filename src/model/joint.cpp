@@ -243,7 +243,6 @@ JointGeometry joint_geometry(const Joint& joint, const Pose& X_WA, const Pose& X
       break;
   }
   g.motions.resize(g.coordinates.size());
-  g.friction = options.friction;
   g.frictions = options.frictions;
   if (options.friction > 0) g.frictions = {options.friction};
   if (!g.frictions.empty() && g.frictions.size() != g.coordinates.size())
@@ -257,9 +256,6 @@ JointRowValue evaluate(const JointRow& row, const JointGeometry& joint, const Po
   JointRowValue v;
   const auto apart = [&]() -> Vector3 { return X_WB * joint.anchor_b - X_WA * joint.anchor_a; };
   switch (row.kind) {
-    case Kind::Spin:
-      v.angular_a = v.angular_b = X_WA.q * row.in_a;
-      break;
     case Kind::Point:
       v.linear = X_WA.q * row.in_a;
       v.psi = v.linear.dot(apart());
@@ -373,9 +369,6 @@ JointRowDerivative differentiate(const JointRow& row, const JointGeometry& joint
     case Kind::Gear:
       d.angular_a = row.number * turning(row.turn, Quaternion::Identity(), X_WA.q, -1, w_A);
       d.angular_b = turning(row.turn_b, Quaternion::Identity(), X_WB.q, -1, w_B);
-      break;
-    case Kind::Spin:
-      d.angular_a.middleCols<3>(w_A) = d.angular_b.middleCols<3>(w_A) = -skew(X_WA.q * row.in_a);
       break;
   }
   return d;

@@ -58,6 +58,9 @@ std::function<State(double)> exact_by(const Model& model, Place place) {
 /// Gives a scene that is in equilibrium from the start its exact().
 void stays(Scene& s);
 
+/// A box of the ground that is open above, its floor at z = 0, its walls `half` [m] from the z axis: five half spaces.
+void add_box_around(Model& model, double half, const std::string& material);
+
 /// Where a body is and how fast, in extended precision: of a particle, and of one that stays in the xy plane.
 struct ParticleMotion {
   RealVector3 x, v;

@@ -47,6 +47,20 @@ Scene stack(Parameters& set) {
   return s;
 }
 
+void add_box_around(Model& model, double half, const std::string& material) {
+  const auto wall = [&](const char* name, const Vector3& normal, double distance) {
+    model.add_shape(ground, Shape::half_space(),
+                    {.pose = {-distance * normal, Quaternion::FromTwoVectors(Vector3::UnitZ(), normal)},
+                     .material = material,
+                     .name = name});
+  };
+  wall("floor", Vector3::UnitZ(), 0);
+  wall("west", Vector3::UnitX(), half);
+  wall("east", -Vector3::UnitX(), half);
+  wall("south", Vector3::UnitY(), half);
+  wall("north", -Vector3::UnitY(), half);
+}
+
 Scene pile(Parameters& set) {
   const double mu = set.number("mu", 0.5, "friction coefficient [-]", not_negative);
   const int count = set.count("count", 50, "balls [-]", 1, 20000);
@@ -56,17 +70,7 @@ Scene pile(Parameters& set) {
   s.id = "pile";
   s.what = "Balls dropped into a box settle";
   const double half = 1.1 * r * side;
-  const auto wall = [&](const std::string& name, const Vector3& normal, double distance) {
-    s.model.add_shape(ground, Shape::half_space(),
-                      {.pose = {-distance * normal, Quaternion::FromTwoVectors(Vector3::UnitZ(), normal)},
-                       .material = "box",
-                       .name = name});
-  };
-  wall("floor", Vector3::UnitZ(), 0);
-  wall("wall-1", Vector3::UnitX(), half);
-  wall("wall-2", -Vector3::UnitX(), half);
-  wall("wall-3", Vector3::UnitY(), half);
-  wall("wall-4", -Vector3::UnitY(), half);
+  add_box_around(s.model, half, "box");
   for (int i = 0; i < count; ++i) {  // in layers, each ball off its place by a little that never repeats
     const int column = i % side, row = i / side % side, layer = i / (side * side);
     const Vector3 lattice(2.2 * r * (column - 0.5 * (side - 1)), 2.2 * r * (row - 0.5 * (side - 1)),

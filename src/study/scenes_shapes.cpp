@@ -14,21 +14,6 @@ void add_step(Model& model, const std::string& name, const Vector3& top, const V
                   {.pose = {.p = top - Vector3(0, 0, size.z() / 2)}, .material = "ground", .name = name});
 }
 
-/// A box open above, its floor at z = 0, of five half spaces.
-void add_box_around(Model& model, double half) {
-  const auto wall = [&](const char* name, const Vector3& normal, double distance) {
-    model.add_shape(ground, Shape::half_space(),
-                    {.pose = {-distance * normal, Quaternion::FromTwoVectors(Vector3::UnitZ(), normal)},
-                     .material = "ground",
-                     .name = name});
-  };
-  wall("floor", Vector3::UnitZ(), 0);
-  wall("west", Vector3::UnitX(), half);
-  wall("east", -Vector3::UnitX(), half);
-  wall("south", Vector3::UnitY(), half);
-  wall("north", -Vector3::UnitY(), half);
-}
-
 }  // namespace
 
 Scene dominoes(Parameters& set) {
@@ -183,7 +168,7 @@ Scene tetrahedra(Parameters& set) {
   s.id = "tetrahedra";
   s.what = "Tetrahedra dropped into a box settle";
   s.t_end = 2;
-  add_box_around(s.model, half);
+  add_box_around(s.model, half, "ground");
   for (int i = 0; i < count; ++i) {  // four a layer, each turned in a way that never repeats
     const double x = i % 2 == 0 ? -half / 2 : half / 2, y = i / 2 % 2 == 0 ? -half / 2 : half / 2;
     s.model.add_body(tetrahedron,

@@ -89,16 +89,15 @@ struct MomentInstant {
 
 /// One equation of a joint, a coordinate of a joint, or (as `friction`) the one along which a joint has friction.
 struct JointRowInstant {
-  int joint = 0;            ///< in Model::joints()
-  int row = -1;             ///< in JointGeometry::rows; -1: made of a coordinate
-  int coordinate = -1;      ///< of coordinates, friction, and the equation of a prescribed motion
-  int spin = -1;            ///< of a ball's friction: in JointGeometry::spins; the three share their bound
-  bool prescribed = false;  ///< the equation coordinate - position(t) = 0 of a JointMotion
-  double psi_b = 0;         ///< [m] or [rad]; of friction rows the joint's coordinate
-  double psi_b_t = 0;       ///< explicit time derivative [m/s, rad/s]
-  double friction = 0;      ///< c_max [N, N m]; 0 in equations
-  WrenchMap<1> W;           ///< W_b of (24)
-  JointRowValue world;      ///< the row in world axes: force and moment of a unit impulse on b
+  int joint = 0;                    ///< in Model::joints()
+  int row = -1;                     ///< in JointGeometry::rows; -1: made of a coordinate
+  int coordinate = -1;              ///< of coordinates, friction, and the equation of a prescribed motion
+  bool prescribed = false;          ///< the equation coordinate - position(t) = 0 of a JointMotion
+  double psi_b = 0;                 ///< [m] or [rad]; of friction rows the joint's coordinate
+  double psi_b_t = 0;               ///< explicit time derivative [m/s, rad/s]
+  double friction = 0;              ///< c_max [N, N m]; 0 in equations
+  WrenchMap<1> W;                   ///< W_b of (24)
+  JointRowValue world;              ///< the row in world axes: force and moment of a unit impulse on b
   Vector3 point = Vector3::Zero();  ///< c_B, where its force acts, world axes [m]
 
   double velocity(const Vector& nu) const { return W.velocity(nu)[0] + psi_b_t; }

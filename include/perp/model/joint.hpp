@@ -85,9 +85,8 @@ struct JointTurn {
 ///   Screw          d . (c_B - c_A) - number angle         d the axis, fixed in A; angle that nearest to
 ///                                                         d . (c_B - c_A)/number                           [m]
 ///   Gear           angle of B - number (angle of A)       each relative to the world                       [rad]
-///   Spin           none: psi = 0, psi' = u . (w_B - w_A)  u fixed in A                                     [rad/s]
 struct JointRow {
-  enum class Kind { Point, Perpendicular, Distance, Angle, AngleBack, Screw, Gear, Spin } kind = Kind::Point;
+  enum class Kind { Point, Perpendicular, Distance, Angle, AngleBack, Screw, Gear } kind = Kind::Point;
   Vector3 in_a = Vector3::Zero();    ///< d or u, unit, A's axes
   Vector3 in_b = Vector3::Zero();    ///< w, unit, B's axes
   double number = 0;                 ///< length [m], lead [m/rad] or ratio [-]
@@ -131,11 +130,9 @@ struct JointGeometry {
   BodyId a, b;
   JointOptions asked;          ///< as asked for: world axes, bodies at rest()
   Vector3 anchor_a, anchor_b;  ///< c_A in A's axes, c_B in B's axes [m]
-  double friction = 0;         ///< c_max [N m] or [N], along coordinates[0]
   std::vector<JointRow> rows;  ///< equations; linearly independent on their own
   std::vector<JointCoordinate> coordinates;
   std::vector<double> frictions;  ///< c_max along each coordinate [N m, N]; empty without
-  std::vector<JointRow> spins;    ///< of a ball joint with friction: its three angular velocities; else empty
   std::vector<std::optional<JointMotion>>
       motions;  ///< of each coordinate: one more equation where there is one
 };
