@@ -14,7 +14,7 @@
 #include "perp/instant/reduced_system.hpp"
 #include "perp/io/scene_file.hpp"
 #include "perp/step/simulate.hpp"
-#include "step/joint_projection.hpp"
+#include "step/parts/joint_projection.hpp"
 
 namespace perp {
 namespace {

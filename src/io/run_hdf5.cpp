@@ -23,7 +23,7 @@ std::unique_ptr<RunTable> Hdf5Tables::table(const std::string&, const std::vecto
 #include <cstring>
 #include <stdexcept>
 
-#include "solve/hdf5_handle.hpp"
+#include "solve/files/hdf5_handle.hpp"
 
 namespace perp {
 

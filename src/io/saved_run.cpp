@@ -9,7 +9,7 @@
 #include "io/saved_table.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/step/simulate.hpp"
-#include "step/dense_output.hpp"
+#include "step/run/dense_output.hpp"
 
 namespace perp {
 namespace {

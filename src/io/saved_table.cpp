@@ -7,7 +7,7 @@
 #include "perp/io/csv_reader.hpp"
 
 #ifdef PERP_HAS_HDF5
-#include "solve/hdf5_handle.hpp"
+#include "solve/files/hdf5_handle.hpp"
 #endif
 
 namespace perp {

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "../../src/solve/friction_stages.hpp"
-#include "../../src/solve/global_form.hpp"
+#include "../../src/solve/friction/friction_stages.hpp"
+#include "../../src/solve/friction/global_form.hpp"
 #include "perp/solve/friction_io.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "perp/study/friction_families.hpp"

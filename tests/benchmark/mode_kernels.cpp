@@ -9,7 +9,7 @@
 #include <perp/perp.hpp>
 
 #include "instant/scales.hpp"
-#include "step/mode_dynamics.hpp"
+#include "step/events/mode_dynamics.hpp"
 #include "tests/benchmark/stopwatch.hpp"
 
 namespace perp {

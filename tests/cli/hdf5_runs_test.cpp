@@ -5,7 +5,7 @@
 #include "tests/cli/program.hpp"
 
 #ifdef PERP_HAS_HDF5
-#include "solve/hdf5_handle.hpp"
+#include "solve/files/hdf5_handle.hpp"
 
 namespace perp {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "friction_examples.hpp"
-#include "solve/friction_islands.hpp"
-#include "solve/friction_stages.hpp"
+#include "solve/friction/friction_islands.hpp"
+#include "solve/friction/friction_stages.hpp"
 
 using namespace perp;
 

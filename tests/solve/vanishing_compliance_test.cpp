@@ -1,5 +1,5 @@
 // The limit of rows that give a little: closed forms, and the same equations with what they give.
-#include "solve/vanishing_compliance.hpp"
+#include "solve/friction/vanishing_compliance.hpp"
 
 #include <catch2/catch.hpp>
 

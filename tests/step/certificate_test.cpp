@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "perp/perp.hpp"
-#include "step/certificate.hpp"
-#include "step/row_quadrature.hpp"
+#include "step/certificate/certificate.hpp"
+#include "step/events/row_quadrature.hpp"
 
 using namespace perp;
 

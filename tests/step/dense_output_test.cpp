@@ -7,7 +7,7 @@
 #include "perp/step/methods.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/study/scene.hpp"
-#include "step/dense_output.hpp"
+#include "step/run/dense_output.hpp"
 
 namespace perp {
 namespace {

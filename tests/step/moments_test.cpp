@@ -11,7 +11,7 @@
 #include "perp/step/ncp_stepper.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/study/scene.hpp"
-#include "step/moment_laws.hpp"
+#include "step/parts/moment_laws.hpp"
 #include "tests/instant/random_systems.hpp"
 
 using namespace perp;

@@ -157,7 +157,7 @@ class Stepper {
  protected:
   virtual void advance(const Model& model, State& x, const StepRequest& request, StepReport& report) = 0;
 
-  /// Whether a step that was solved may stand (step/step_gain.hpp): false, and the report says why, if it gains energy from nothing.
+  /// Whether a step that was solved may stand (step/certificate/step_gain.hpp): false, and the report says why, if it gains energy from nothing.
   bool keeps_energy(const Model& model, const State& x, const StepRequest& request, const StepGain& gain,
                     StepReport& report);
   /// The same method without memory of steps before.

@@ -1,4 +1,4 @@
-#include "block.hpp"
+#include "solve/blocks/block.hpp"
 
 #include <algorithm>
 #include <cmath>

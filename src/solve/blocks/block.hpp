@@ -8,8 +8,8 @@
 #include <array>
 #include <vector>
 
-#include "ellipsoid.hpp"
-#include "layout.hpp"
+#include "solve/blocks/ellipsoid.hpp"
+#include "solve/blocks/layout.hpp"
 
 namespace perp {
 

@@ -1,4 +1,4 @@
-#include "ellipsoid.hpp"
+#include "solve/blocks/ellipsoid.hpp"
 
 #include <algorithm>
 #include <cmath>

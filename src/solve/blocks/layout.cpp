@@ -1,4 +1,4 @@
-#include "layout.hpp"
+#include "solve/blocks/layout.hpp"
 
 #include <algorithm>
 

@@ -1,0 +1,202 @@
+#include "perp/step/impact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/index.hpp"
+#include "perp/core/errors.hpp"
+#include "perp/instant/reduced_system.hpp"
+#include "perp/solve/friction_solver.hpp"
+#include "solve/friction/even_friction.hpp"
+#include "step/modes/modes.hpp"
+#include "step/parts/contact_blocks.hpp"
+#include "step/parts/moment_laws.hpp"
+
+namespace perp {
+namespace {
+
+/// The touching contacts' velocities as a function of their impulses, u = W r + q.
+struct Touching {
+  Instant s;
+  Island island;
+  ReducedSystem reduced;
+  FrictionProblem problem;  // W and q at the velocities before
+  Vector approach;          // u_n- of each contact
+  double speed = 0;         // what speeds are measured by
+
+  Touching(const Model& model, const State& x, double small_gap) {
+    evaluate(model, x, s);
+    if (!s.fault.empty()) refuse("solve_impact", "x", "a state", s.fault);
+    const Scales scales = scales_of(model, x, s);
+    speed = scales.speed;
+    s.joint_frictions.clear();
+    island.joint_rows.resize(s.joint_rows.size());
+    std::iota(island.joint_rows.begin(), island.joint_rows.end(), 0);
+    Vector joint_bias(static_cast<Eigen::Index>(s.joint_rows.size()));
+    for (std::size_t i = 0; i < s.joint_rows.size(); ++i)
+      joint_bias[static_cast<Eigen::Index>(i)] = s.joint_rows[i].psi_b_t;
+    std::vector<double> normal;
+    for (std::size_t i = 0; i < s.contacts.size(); ++i) {
+      const ContactInstant& c = s.contacts[i];
+      if (c.psi_n > (std::isnan(small_gap) ? scales.small_gap() : small_gap)) continue;
+      island.contacts.push_back(static_cast<int>(i));
+      normal.push_back(c.velocity(x.nu).x());
+    }
+    reduced.assemble(model, s, island, x.nu, joint_bias);
+    problem.W = reduced.W;
+    problem.q = reduced.q;
+    ContactBlocks blocks;
+    for (std::size_t i = 0; i < island.contacts.size(); ++i)
+      (void)blocks.add(s, s.contacts[at(island.contacts[i])], normal_row(i));
+    blocks.give(problem);
+    approach = Eigen::Map<Vector>(normal.data(), static_cast<Eigen::Index>(normal.size()));
+  }
+
+  int normal_row(std::size_t i) const { return reduced.rows_of(static_cast<int>(i)); }
+  const ContactInstant& contact(std::size_t i) const { return s.contacts[at(island.contacts[i])]; }
+
+  /// nu+, and the joints' reactions to r.
+  Vector velocity(const Model& model, const State& x, const Vector& r, Vector& reactions) const {
+    Vector impulse = Vector::Zero(model.nv()), change;
+    reactions.setZero(static_cast<Eigen::Index>(s.joint_rows.size()));
+    reduced.add_impulses(s, island, r, impulse, reactions);
+    solve_mass(model, s, impulse, change);
+    return x.nu + change;
+  }
+};
+
+/// Where contacts are redundant, those that all methods take: an impact at contacts that give a little, all alike.
+FrictionSolution solve_evenly(const Model& model, const Touching& touching, const FrictionProblem& problem) {
+  Matrix C;
+  Vector k;
+  touching.reduced.compliance(model, touching.s, touching.island, C, k);
+  return perp::solve_evenly(problem, C, k);
+}
+
+/// r of the law u_n+ >= -e u_n-; `e` of each contact.
+FrictionSolution newton(const Model& model, const Touching& touching, const Vector& e) {
+  FrictionProblem problem = touching.problem;
+  for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
+    problem.q[touching.normal_row(i)] +=
+        e[static_cast<Eigen::Index>(i)] * std::min(touching.approach[static_cast<Eigen::Index>(i)], 0.0);
+  return solve_evenly(model, touching, problem);
+}
+
+/// Compression to u_n = 0, then normal impulses e times as large with the friction that they allow; what would then still
+/// approach is stopped.
+FrictionSolution poisson(const Model& model, const Touching& touching, const Vector& e) {
+  FrictionSolution compression = solve_evenly(model, touching, touching.problem);
+  if (!compression.solved()) return compression;
+  FrictionProblem second = touching.problem;
+  second.q = compression.u;
+  Matrix W = second.W.dense();
+  for (std::size_t i = 0; i < touching.island.contacts.size(); ++i) {
+    // rows of the normals say r_n - e p_n = 0: normal impulses are given
+    const int row = touching.normal_row(i);
+    W.row(row).setZero();
+    W(row, row) = touching.problem.W.dense()(row, row);
+    second.q[row] = -W(row, row) * e[static_cast<Eigen::Index>(i)] * compression.r[row];
+  }
+  second.W = W;
+  const FrictionSolution decompression = solve_friction(second);
+  if (!decompression.solved()) return decompression;
+  FrictionProblem rest = touching.problem;
+  rest.q = compression.u + touching.problem.W.dense() * decompression.r;
+  FrictionSolution last = solve_friction(rest);
+  last.r += compression.r + decompression.r;
+  return last;
+}
+
+/// Impulses though no contact approaches: those that a slight approach at sliding contacts needs, as it goes to nothing.
+FrictionSolution jam(const Model& model, const Touching& touching) {
+  const auto approaching = [&](double slight) {
+    FrictionProblem problem = touching.problem;
+    for (std::size_t i = 0; i < touching.island.contacts.size(); ++i)
+      problem.q[touching.normal_row(i)] -= slight * touching.speed;
+    return solve_evenly(model, touching, problem);
+  };
+  constexpr double slight = 1e-6;  // of the speeds; impulses are linear in it but where sliding turns
+  const FrictionSolution far = approaching(slight);
+  FrictionSolution near = approaching(slight / 2);
+  if (!far.solved() || !near.solved() || !((far.r - near.r).norm() <= 1e-3 * near.r.norm())) {
+    near.status = FrictionStatus::BestFound;
+    return near;
+  }
+  near.r = 2 * near.r - far.r;
+  return near;
+}
+
+}  // namespace
+
+Impact solve_impact(const Model& model, const State& x, const ImpactOptions& options) {
+  model.check("solve_impact", x);
+  const Touching touching(model, x, options.small_gap);
+  const auto count = static_cast<Eigen::Index>(touching.island.contacts.size());
+  Vector e = Vector::Zero(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ContactInstant& c = touching.contact(at(i));
+    if (std::find(options.inelastic.begin(), options.inelastic.end(), c.point) == options.inelastic.end())
+      e[i] = c.e;
+  }
+
+  Impact impact;
+  impact.nu = x.nu;
+  Vector r = Vector::Zero(touching.problem.rows());
+  const double before = model.kinetic_energy(x);
+  State after = x;
+  const auto take = [&](const FrictionSolution& solution) {
+    if (!solution.solved()) return false;
+    r = solution.r;
+    impact.residual = solution.residual;
+    after.nu = touching.velocity(model, x, r, impact.joint_reactions);
+    impact.solved = after.nu.allFinite();
+    return impact.solved;
+  };
+  // what prescribed bodies do adds energy by right
+  const bool rheonomic =
+      std::any_of(touching.island.contacts.begin(), touching.island.contacts.end(),
+                  [&](int i) { return touching.s.contacts[at(i)].bias != Vector3::Zero(); });
+  const auto dissipates = [&] { return rheonomic || model.kinetic_energy(after) <= before * (1 + 1e-12); };
+  if (count == 0) {
+    after.nu = touching.velocity(model, x, r, impact.joint_reactions);
+    impact.solved = true;
+    impact.residual = 0;
+  } else if (options.without_collision) {
+    (void)take(jam(model, touching));
+  } else {
+    if (options.restitution == Restitution::Newton) (void)take(newton(model, touching, e));
+    if (!impact.solved || !dissipates()) (void)take(poisson(model, touching, e));
+    if (!impact.solved || !dissipates()) (void)take(newton(model, touching, Vector::Zero(count)));
+  }
+  if (!impact.solved) return impact;
+
+  impact.nu = after.nu;
+  impact.energy = model.kinetic_energy(after) - before;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const ContactInstant& c = touching.contact(at(i));
+    Vector3 p = Vector3::Zero();
+    p.head(1 + c.tangents) = r.segment(touching.normal_row(at(i)), 1 + c.tangents);
+    const MomentInstant* m = touching.s.moments_of(c);
+    Vector3 p_m = Vector3::Zero();
+    for (int k = 0; m != nullptr && k < m->rows(c.tangents); ++k)
+      p_m[m->columns(c.tangents)[at(k)]] = r[moment_row(c, touching.normal_row(at(i))) + k];
+    const double friction = p.tail<2>().norm();
+    const bool at_bound =
+        m == nullptr ? friction >= c.mu * p.x() * (1 - 1e-9)
+                     : sliding_pull(c, *m, p, p_m, lever_of(model, touching.s, c, *m)) >= p.x() * (1 - 1e-9);
+    impact.contacts.push_back({.contact = c.contact,
+                               .point = c.point,
+                               .impulse = c.frame * p,
+                               .moment = c.frame * p_m,
+                               .p_n = p.x(),
+                               .approach = touching.approach[i],
+                               .rebound = c.velocity(impact.nu).x(),
+                               .mode = !(p.x() > 0)                  ? ContactMode::Open
+                                       : c.tangents == 0 || at_bound ? ContactMode::Slip
+                                                                     : ContactMode::Stick});
+  }
+  return impact;
+}
+
+}  // namespace perp
