@@ -17,6 +17,8 @@ namespace perp {
 
 /// Errors that the first steps of a stretch may add up to, in tolerances [-].
 constexpr double some_steps = 30;
+/// What a root of force is where others than the least forces hold, in its `small` [-].
+constexpr double feasible_root = 2;
 
 /// What ends a mode: a function g of the state that falls through zero.
 struct Root {
@@ -101,6 +103,9 @@ class EventRun {
   double time_of_quarter_turn() const;
   bool handle_event(const State& x, const std::vector<Root>& triggers);
   bool settle(const std::vector<Root>& triggers);
+  Modes closed_modes(const State& x) const;
+  AccelerationAnswer accelerations(const State& x, const Modes& closed);
+  void arm_roots(const std::vector<Root>& triggers);
   bool jump(bool jam);
   bool jumped() const { return !jump_rows_.empty() || jump_reactions_.size() > 0; }
   void watch_loads(double t_end);

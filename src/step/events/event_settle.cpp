@@ -35,6 +35,51 @@ void begin_to_move(const ContactInstant& c, const MomentInstant& m, const Vector
 }  // namespace
 
 /// Jumps of velocity until nothing approaches, then the modes that CP1 says.
+/// The modes that velocities say: what is at rest but for rounding comes to rest.
+Modes EventRun::closed_modes(const State& x) const {
+  Modes closed = modes_by_velocity(model_, x, instant_, scales_, closing_);
+  const auto in = [](const std::vector<int>& points, int point) {
+    return std::find(points.begin(), points.end(), point) != points.end();
+  };
+  for (ClosedContact& c : closed.contacts) {
+    c.slides = c.slides && !in(resting_, c.point);
+    c.rolls = c.rolls && !in(held_, c.point);
+  }
+  return closed;
+}
+
+/// CP1 in them; with a slight compliance where rows repeat each other, if it has an answer so.
+AccelerationAnswer EventRun::accelerations(const State& x, const Modes& closed) {
+  problem_.compliance = dynamics_.basis().size() > 0 ? slight_give : 0;
+  // without sliding friction matrices are symmetric and answers that are several a rarity not worth much time
+  const bool slides = std::any_of(closed.contacts.begin(), closed.contacts.end(),
+                                  [](const ClosedContact& c) { return c.slides || c.rolls; });
+  problem_.most_choices = slides ? AccelerationProblem::all_choices : 256;
+  problem_.assemble(model_, x, instant_, closed);
+  AccelerationAnswer answer = problem_.solve(model_, {});
+  if (answer.status == Cp1Status::None && problem_.compliance > 0) {
+    problem_.compliance = 0;
+    problem_.assemble(model_, x, instant_, closed);
+    answer = problem_.solve(model_, {});
+  }
+  return answer;
+}
+
+/// The roots of the new modes. What goes on as it did does not start from zero.
+void EventRun::arm_roots(const std::vector<Root>& triggers) {
+  const std::vector<Root> last = list_roots();
+  now_ = sample(State(now_.x));
+  for (std::size_t i = 0; i < roots_.size() && now_.g.size() > 0; ++i) {
+    Root& root = roots_[i];
+    const bool steady = root.kind == Root::Touch || (!root.of_force() && jump_rows_.empty());
+    root.armed = now_.g[static_cast<Eigen::Index>(i)] > root.vague ||
+                 (steady && !triggered(triggers, root.kind, root.index) &&
+                  std::any_of(last.begin(), last.end(), [&](const Root& r) {
+                    return r.armed && r.kind == root.kind && r.index == root.index;
+                  }));
+  }
+}
+
 bool EventRun::settle(const std::vector<Root>& triggers) {
   State& x = now_.x;
   jump_rows_.clear();
@@ -58,32 +103,13 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
       if (!jump(false)) return fail(StepStatus::NotSolved, "an impact was not solved");
       continue;
     }
-    // what is at rest but for rounding comes to rest; then CP1
-    Modes closed = modes_by_velocity(model_, x, instant_, scales_, closing_);
-    const auto in = [](const std::vector<int>& points, int point) {
-      return std::find(points.begin(), points.end(), point) != points.end();
-    };
-    for (ClosedContact& c : closed.contacts) {
-      c.slides = c.slides && !in(resting_, c.point);
-      c.rolls = c.rolls && !in(held_, c.point);
-    }
+    const Modes closed = closed_modes(x);
     dynamics_.speed_error = options_.rtol * scales_.speed + atol_;
     if (const std::string fault = dynamics_.begin(x, closed, scales_.small_speed()); !fault.empty())
       return fail(StepStatus::NotFinite, fault);
     if (!std::isfinite(dynamics_.project(x))) return fail(StepStatus::NotFinite, "the state is not finite");
     perp::evaluate(model_, x, instant_);
-    problem_.compliance = dynamics_.basis().size() > 0 ? slight_give : 0;
-    // without sliding friction matrices are symmetric and answers that are several a rarity not worth much time
-    const bool slides = std::any_of(closed.contacts.begin(), closed.contacts.end(),
-                                    [](const ClosedContact& c) { return c.slides || c.rolls; });
-    problem_.most_choices = slides ? AccelerationProblem::all_choices : 256;
-    problem_.assemble(model_, x, instant_, closed);
-    AccelerationAnswer answer = problem_.solve(model_, {});
-    if (answer.status == Cp1Status::None && problem_.compliance > 0) {
-      problem_.compliance = 0;
-      problem_.assemble(model_, x, instant_, closed);
-      answer = problem_.solve(model_, {});
-    }
+    const AccelerationAnswer answer = accelerations(x, closed);
     if (answer.status == Cp1Status::None) {
       const std::size_t rows = jump_rows_.size();
       if (!jump(true) || jump_rows_.size() == rows)
@@ -102,18 +128,7 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
     resting_.clear();
     held_.clear();
     closing_.clear();
-    const std::vector<Root> last = list_roots();
-    now_ = sample(State(x));
-    for (std::size_t i = 0; i < roots_.size() && now_.g.size() > 0; ++i) {
-      Root& root = roots_[i];
-      // what goes on as it did does not start from zero
-      const bool steady = root.kind == Root::Touch || (!root.of_force() && jump_rows_.empty());
-      root.armed = now_.g[static_cast<Eigen::Index>(i)] > root.vague ||
-                   (steady && !triggered(triggers, root.kind, root.index) &&
-                    std::any_of(last.begin(), last.end(), [&](const Root& r) {
-                      return r.armed && r.kind == root.kind && r.index == root.index;
-                    }));
-    }
+    arm_roots(triggers);
     if (now_.nu_dot.size() == 0 && model_.nv() > 0)
       return fail(StepStatus::NotFinite, "forces are not finite");
     dynamics_.begin_step(now_.x);

@@ -19,6 +19,13 @@ struct ModeKick {
 /// What of a contact moves: it slides (and spins), or it rolls.
 enum class Moving { Slip, Roll };
 
+/// u_f in world axes, of u along n, t, o.
+inline Vector3 tangential(const ContactInstant& c, const Vector3& u) {
+  Vector3 u_f = Vector3::Zero();
+  for (int t = 1; t <= c.tangents; ++t) u_f += u[t] * c.frame.col(t);
+  return u_f;
+}
+
 /// In fixed modes every closed contact and every joint is a set of equations, and forces c along some rows R follow from
 ///   M nu' = k + L c,   R^T nu' + b = 0     =>     (R^T M^-1 L) c = -(R^T M^-1 k + b).
 /// Rows: each joint row; n of each closed contact; t, o of those that stick; the frictions of joints at rest. A column of L is

@@ -76,14 +76,14 @@ void tie_friction(const Vector3& d, Reaction& r) {
   r.p.tail<2>().setZero();
 }
 
-bool closes(const Reaction& r) { return r.w * r.p.x() > r.u.x(); }
+bool closes_first(const Reaction& r) { return r.w * r.p.x() > r.u.x(); }
 
 }  // namespace
 
 void SecondStage::close(const HalfStep& step, std::vector<Reaction>& first) {
   struck_.clear(step.model);
   for (const Reaction& r : first) {
-    if (r.of != Reaction::Of::Contact || !closes(r)) continue;
+    if (r.of != Reaction::Of::Contact || !closes_first(r)) continue;
     const ContactInstant* c = contact_of(r, step.start);  // null: it came into being, and was open before
     if (c == nullptr || strikes(*c, step.x, step.gained, step.h, step.speed)) struck_.add(r);
   }
@@ -132,7 +132,7 @@ bool SecondStage::take(const HalfStep& step, std::size_t i, const std::vector<Re
     const ContactInstant *before = contact_of(r, step.start), *c = contact_of(r, step.end);
     const bool touched = before != nullptr && touches(*before, step.h, step.speed);
     const bool stays = whole && touched && !separates(*before, step.x, step.gained, step.speed);
-    if (c == nullptr || !(closes(r) || stays)) return false;
+    if (c == nullptr || !(closes_first(r) || stays)) return false;
     r.W = c->W;
     bias = c->bias;
     how.e = c->e;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <Eigen/QR>
 #include <numeric>
 
 #include "core/index.hpp"
@@ -217,7 +216,7 @@ AccelerationAnswer AccelerationProblem::read(const Model& model, const Vector& c
   for (Eigen::Index i = 0; i < frictions; ++i) {  // what adds up to it, in its own unit
     const Eigen::Index row = reduced_.size() - frictions + i;
     answer.joint_small[i] = joint_rounding * (std::abs(reduced_.q[row]) +
-                                        reduced_.W.row(row).cwiseAbs().dot(r.cwiseAbs().transpose())) +
+                                              reduced_.W.row(row).cwiseAbs().dot(r.cwiseAbs().transpose())) +
                             10 * give_[row] * std::abs(r[row]);
   }
   return answer;
@@ -236,101 +235,6 @@ double AccelerationProblem::choices() const {
 /// All forces c that some choice of modes allows, those with the same velocities once. Blocks: a half line is open or closed; planar
 /// friction is open, sticks, slips either way; an interval holds or yields either way. `one_limit` is false if the rule for redundant
 /// forces picks none of those of some modes, or more than one.
-std::vector<Vector> AccelerationProblem::enumerate(bool& one_limit) const {
-  const Matrix& W = problem.W.dense();
-  const Eigen::Index n = problem.rows();
-  const std::vector<Eigen::Index> rows = problem.offsets();
-  std::vector<Vector> found;
-  VanishingCompliance limit;
-  one_limit = true;
-
-  // c = P y + c0 in the modes of `choice`, with the rows `zero` of u' zero
-  const double a_scale =
-      std::max(acceleration_scale, problem.q.size() > 0 ? problem.q.cwiseAbs().maxCoeff() : 0.0);
-  const auto small_of =
-      [&](const Vector& c) -> Vector {  // with what rounding leaves where large parts cancel
-    return (1e-13 * W.cwiseAbs() * c.cwiseAbs()).array() + 1e-9 * a_scale;
-  };
-  const Vector scale = W.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt();  // compares forces with moments
-  const int count = static_cast<int>(choices());
-  for (int choice = 0; choice < count; ++choice) {
-    Matrix P = Matrix::Zero(n, n);
-    Vector c0 = Vector::Zero(n);
-    std::vector<Eigen::Index> zero;
-    std::vector<int> mode(at(problem.blocks()));
-    int rest = choice;
-    for (Eigen::Index i = 0; i < problem.blocks(); ++i) {
-      const Eigen::Index row = rows[at(i)];
-      const BlockKind kind = problem.kind(i);
-      const int kinds = kind == BlockKind::HalfLine ? 2 : kind == BlockKind::Planar ? 4 : 3;
-      const int m = mode[at(i)] = rest % kinds;  // 0 open or holds, 1 closed, 2 and 3 slips
-      rest /= kinds;
-      if (kind == BlockKind::Interval) {
-        if (m == 0) {
-          P(row, static_cast<Eigen::Index>(zero.size())) = 1;
-          zero.push_back(row);
-        } else {
-          c0[row] = m == 1 ? -problem.mu[i] : problem.mu[i];
-        }
-        continue;
-      }
-      if (m == 0) continue;
-      P(row, static_cast<Eigen::Index>(zero.size())) = 1;
-      if (m >= 2)
-        P(row + 1, static_cast<Eigen::Index>(zero.size())) = m == 2 ? -problem.mu[i] : problem.mu[i];
-      zero.push_back(row);
-      if (kind == BlockKind::Planar && m == 1) {
-        P(row + 1, static_cast<Eigen::Index>(zero.size())) = 1;
-        zero.push_back(row + 1);
-      }
-    }
-    const auto k = static_cast<Eigen::Index>(zero.size());
-    Vector c = c0;
-    auto outcome = VanishingCompliance::Outcome::None;
-    if (k > 0) {
-      const auto columns = P.leftCols(k);
-      const Matrix A = (W * columns)(zero, Eigen::all);
-      const Vector b = (problem.q + W * c0)(zero);
-      Vector y;
-      if (even)
-        outcome = limit.solve(A, b, (C_ * columns)(zero, Eigen::all), (k_ + C_ * c0)(zero), scale(zero), y);
-      if (outcome != VanishingCompliance::Outcome::Found) {
-        Eigen::CompleteOrthogonalDecomposition<Matrix> qr(A);
-        qr.setThreshold(1e-12);
-        y = qr.solve(-b);
-      }
-      if (!y.allFinite()) continue;
-      c += columns * y;
-      if (((A * y + b).cwiseAbs() - small_of(c)(zero)).maxCoeff() > 0) continue;
-    }
-    const Vector u = W * c + problem.q, small_u = small_of(c);
-    bool fits = true;
-    for (Eigen::Index i = 0; i < problem.blocks() && fits; ++i) {
-      const Eigen::Index row = rows[at(i)];
-      const int m = mode[at(i)];
-      const double weight = std::max(W.row(row).cwiseAbs().maxCoeff(), 1e-300);
-      const double small = small_u[row];
-      const double small_force =
-          small / weight + 1e-11 * (scale.cwiseProduct(c)).cwiseAbs().maxCoeff() / scale[row];
-      if (problem.kind(i) == BlockKind::Interval) {
-        fits =
-            m == 0 ? std::abs(c[row]) <= problem.mu[i] + small_force : (m == 1 ? u[row] : -u[row]) >= -small;
-        continue;
-      }
-      fits = u[row] >= -small && c[row] >= -small_force;
-      if (problem.kind(i) != BlockKind::Planar || m == 0 || !fits) continue;
-      fits = m == 1 ? std::abs(c[row + 1]) <= problem.mu[i] * c[row] + small_force
-                    : (m == 2 ? u[row + 1] : -u[row + 1]) >= -small_u[row + 1];
-    }
-    const bool known = std::any_of(found.begin(), found.end(), [&](const Vector& other) {
-      return (W * (other - c)).cwiseAbs().maxCoeff() <=
-             1e-7 * a_scale + 100 * (small_u.maxCoeff() - 1e-9 * a_scale);
-    });
-    one_limit = one_limit && !(fits && outcome == VanishingCompliance::Outcome::Several);
-    if (fits && !known) found.push_back(c);
-  }
-  return found;
-}
 
 FrictionSolution AccelerationProblem::solve_friction() const {
   const FrictionOptions how{.use_ipopt = false};
