@@ -90,16 +90,17 @@ bool Ncp2Stepper::Workspace::move(const Model& model, const State& x, const Step
                false;
     } while (first.add_overlapping(s, speeds, end));
     next = problem.moved();
-    problem.kick(first.all, kick);
+    problem.kick({}, kick);
   } while (start.widen(model, end));
   half = next.nu;
   history.residuals = outcome.history;
   return true;
 }
 
-/// The momentum that nu_½ carries to q+, with the second half of the loads.
+/// The momentum that nu_½ carries to q+, with the second half of the loads: p_1 of what an impact changes has no part in it.
 void Ncp2Stepper::Workspace::carry_to_end(const Model& model, double h) {
   loads_at(model, end, next, scratch, load);
+  for (const Reaction& r : first.all) r.W.add_impulse(r.p, kick);
   carry(model, half, 2 * h, kick);  // half of the turn before nu_½, half after
   const Instant& s = start.instant();
   for (std::size_t i = 0; i < s.masses.size(); ++i) {
@@ -156,9 +157,9 @@ void Ncp2Stepper::advance(const Model& model, State& x, const StepRequest& reque
   w.answer.max_correction_speed = request.max_correction_speed;
   list_impulses(w.first.all, w.answer.first);
 
-  w.carry_to_end(model, request.h);
   const HalfStep step{model, s, w.end, x, w.gained, w.half, w.momentum, request.h, speed};
   w.second.close(step, w.first.all);
+  w.carry_to_end(model, request.h);
   if (!w.second.solve(step, {.speeds = w.speeds, .tolerance = options_.tolerance}, w.next.nu,
                       report.iterations))
     return give_up(model, x, request, "the second stage's residual", w.second.outcome().residuals,
