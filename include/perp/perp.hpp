@@ -60,6 +60,7 @@
 #include "perp/step/ncp_stepper.hpp"
 #include "perp/step/penalty_stepper.hpp"
 #include "perp/step/polygonal_lcp.hpp"
+#include "perp/step/sensitivity.hpp"
 #include "perp/step/simulate.hpp"
 #include "perp/step/stepper.hpp"
 #include "perp/step/trajectory.hpp"

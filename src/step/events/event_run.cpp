@@ -45,7 +45,7 @@ EventRun::EventRun(const Model& model, const EventDrivenOptions& options, const 
   local_ = flow(dynamics_);
   now_.x = out.back();
   t_begin_ = now_.x.t;
-  continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, between, {}});
+  continuation_ = std::make_shared<EventContinuation>(EventContinuation{model, between, {}, {}});
   out_.locates_events = true;
   out_.between = [kept = continuation_](const Trajectory& run, std::size_t i, double t) {
     return kept->go_on(run.state(i), i, t);
@@ -237,6 +237,7 @@ bool EventRun::advance(double t_stop) {
 bool EventRun::handle_event(const State& x, const std::vector<Root>& triggers) {
   now_.x = x;
   restart_ = true;
+  continuation_->ends.push_back({out_.size() - 1, triggers});
   if (too_many_events()) return carry_across(infinity, "too many events");
   const Modes before = modes_;
   pass_switches(triggers);

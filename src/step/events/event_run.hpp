@@ -79,6 +79,11 @@ struct EventContinuation {
     double small_speed;
   };
   std::vector<Stretch> stretches;
+  struct End {
+    std::size_t row;  ///< the last of the stretch
+    std::vector<Root> triggers;
+  };
+  std::vector<End> ends;  ///< of stretches that an event ended
 
   /// From the state of a row to t before the next, by an integration of its own.
   State go_on(const State& from, std::size_t row, double t) const;
@@ -95,6 +100,7 @@ class EventRun {
   bool run(const RunRequest& request);
 
   StepReport report;  ///< of the last row, or of what failed
+  const EventContinuation& continuation() const { return *continuation_; }
 
  private:
   bool fail(StepStatus status, const std::string& why);
