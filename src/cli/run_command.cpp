@@ -20,7 +20,7 @@ namespace {
 struct RunArguments {
   RunRecipe recipe;
   RunManner manner;
-  std::string folder, resume, integrator, reactions = "any";
+  std::string folder, resume, integrator, reactions = "any", impacts = "simultaneous";
   std::vector<std::string> set, set_method, command;
 };
 
@@ -67,6 +67,10 @@ void read_method(const CLI::App& command, const RunArguments& arguments, RunReci
     if (!(recipe.options.look > 0))
       refuse("perp run", "--look", recipe.options.look, "needs to be positive [s]");
   }
+  recipe.options.impacts = impact_order_named(arguments.impacts);
+  if (given("--impacts") && !chooses)
+    refuse("perp run", "--impacts", arguments.impacts,
+           "needs a method that locates impacts, event or extrapolated: others take all of a step at once");
   if (arguments.reactions == "minimum-norm") {
     if (chooses)
       refuse("perp run", "--reactions", arguments.reactions, "needs a method of steps of fixed size");
@@ -196,6 +200,11 @@ void add_method_options(CLI::App* command, RunArguments& arguments) {
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->take_all();
+  command
+      ->add_option(
+          "--impacts", arguments.impacts,
+          "of event and extrapolated: simultaneous, or sequential: one pair of bodies after the other")
+      ->check(CLI::IsMember({"simultaneous", "sequential"}));
   command
       ->add_option("--reactions", arguments.reactions,
                    "any, or minimum-norm: of redundant contacts and joints those that share what they carry")

@@ -61,10 +61,13 @@ class Show final : public RunSink {
   }
   void event(const Event& event) override {
     folder_.event(event);
+    if (event.ambiguous && (ambiguous.empty() || ambiguous.back() != event.t)) ambiguous.push_back(event.t);
     if (verbose_)
       std::printf("t = %s: %s %s\n", shortest(event.t).c_str(), std::string(name_of(event.kind)).c_str(),
                   event.contact.c_str());
   }
+
+  std::vector<double> ambiguous;  ///< times of impacts in sequence that another order would end otherwise
 
  private:
   void show(double t) {
@@ -157,6 +160,14 @@ void summarise(const Scene& scene, const RunRecipe& recipe, const RunFolder& run
                 events ? ", events.csv" : "", folder.c_str());
 }
 
+/// Impacts in sequence whose order rigid bodies leave open.
+void say_ambiguous(const std::vector<double>& times) {
+  if (times.empty()) return;
+  std::printf("the order of impacts matters and is not unique at t = %s s", shortest(times.front()).c_str());
+  if (times.size() > 1) std::printf(" and at %zu times more", times.size() - 1);
+  std::printf(": pairs of bodies that approach alike were struck together\n");
+}
+
 /// What --accuracy asks for: the recipe gets its step or tolerance. The same for the same run, so that one can be taken up again.
 std::optional<AccuracyChoice> choose(const Scene& scene, const State& start, const RunManner& manner,
                                      RunRecipe& recipe) {
@@ -222,6 +233,7 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
   };
   int status = Done;
   RunEnd end{.x = start, .stopped_by = {}};
+  std::vector<double> ambiguous;
   try {
     end = [&] {
       Show show(files, recipe.until, manner);
@@ -232,6 +244,7 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
         options.taken += piece.steps;
         options.most = adaptive ? 0 : steps_a_stepper;
       } while (!piece.reached && piece.stopped_by.empty() && stopped.empty());
+      ambiguous = show.ambiguous;
       return piece;
     }();
     const bool done = end.reached || !end.stopped_by.empty(), accurate = !choice || choice->reached;
@@ -253,7 +266,9 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
     throw std::runtime_error(sentence_of(error) + "; the run had come to t = " + shortest(files.t()) +
                              " s, and rows are whole; " + goes_on);
   }
-  if (!manner.quiet) summarise(scene, recipe, files, end, folder);
+  if (manner.quiet) return status;
+  summarise(scene, recipe, files, end, folder);
+  say_ambiguous(ambiguous);
   return status;
 }
 

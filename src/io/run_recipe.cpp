@@ -41,6 +41,7 @@ Json method_of(const RunRecipe& r) {
           {"edges", r.options.edges},
           {"integrator", name_of(r.options.integrator)},
           {"look", number(r.options.look)},
+          {"impacts", name_of(r.options.impacts)},
           {"reactions", r.options.reactions == Reactions::MinimumNorm ? "minimum-norm" : "any"},
           {"penalty", penalty_of(r.options.penalty)},
           {"until", number(r.until)},
@@ -112,6 +113,8 @@ RunRecord read_record(const std::string& text, const std::string& file) {
     r.options.edges = run.at("edges").get<int>();
     r.options.integrator = integrator_named(run.at("integrator").get<std::string>());
     if (run.contains("look")) r.options.look = number_of(run.at("look"));  // not in older records
+    if (run.contains("impacts"))                                           // not in older records
+      r.options.impacts = impact_order_named(run.at("impacts").get<std::string>());
     r.options.reactions = run.at("reactions") == "minimum-norm" ? Reactions::MinimumNorm : Reactions::Any;
     if (run.contains("penalty")) {  // nor this
       const Json& penalty = run.at("penalty");

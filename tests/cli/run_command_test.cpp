@@ -191,5 +191,28 @@ TEST_CASE("joints.csv has a row a joint and step, whatever the method", "[run]")
   }
 }
 
+TEST_CASE(
+    "--impacts sequential sends the last of three balls away, and is refused where impacts are not located",
+    "[run]") {
+  const Scratch scratch("run-sequential");
+  for (const std::string method : {"event", "extrapolated"}) {
+    const std::string out = scratch / method;
+    const Outcome done = run_perp(
+        scratch, "run three-balls --method " + method + " --until 0.5 --impacts sequential --out " + out);
+    if (done.err.find("SUNDIALS") != std::string::npos) continue;
+    REQUIRE(done.status == 0);
+    CHECK(done.out.find("not unique") == std::string::npos);
+    auto table = columns(out + "/trajectory.csv");
+    CHECK(std::stod(table["first.vx"].back()) == Approx(0).margin(1e-12));
+    CHECK(std::stod(table["second.vx"].back()) == Approx(0).margin(1e-12));
+    CHECK(std::stod(table["third.vx"].back()) == Approx(1).epsilon(1e-12));
+    CHECK(contents(out + "/run.json").find("\"impacts\": \"sequential\"") != std::string::npos);
+  }
+  const Outcome refused = run_perp(
+      scratch, "run three-balls --method ncp2 --step 0.01 --impacts sequential --out " + (scratch / "no"));
+  CHECK(refused.status == 2);
+  CHECK(refused.err.find("--impacts") != std::string::npos);
+}
+
 }  // namespace
 }  // namespace perp

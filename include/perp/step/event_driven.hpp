@@ -29,6 +29,7 @@ struct EventDrivenOptions {
   double atol = not_set;  ///< and absolute [m, rad, m/s, rad/s]; rtol if not set
   Integrator integrator = Integrator::Arkode;
   Restitution restitution = Restitution::Newton;
+  ImpactOrder impacts = ImpactOrder::Simultaneous;
   /// The longest time between two looks at loads and motions that change with time, and at the user's events [s]; 1/4096 of the run if
   /// not set. Times at which a load says that it jumps (Timing) are met whatever it is.
   double look = not_set;

@@ -13,6 +13,7 @@ struct ExtrapolatedOptions {
   double rtol = 1e-10;    ///< of the local error, relative to each coordinate and velocity; in [1e-15, 1e-2]
   double atol = not_set;  ///< and absolute [m, rad, m/s, rad/s]; rtol if not set
   Restitution restitution = Restitution::Newton;
+  ImpactOrder impacts = ImpactOrder::Simultaneous;
   double look = not_set;              ///< as EventDrivenOptions::look [s]
   long max_evaluations = 10'000'000;  ///< of substeps in a run, which ends there with a report
 };

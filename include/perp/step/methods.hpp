@@ -13,13 +13,14 @@ namespace perp {
 
 /// What may be chosen for a method from outside; each uses what concerns it.
 struct MethodOptions {
-  int edges = 8;                               ///< of the friction polygon, in linear methods
-  double tolerance = 1e-10;                    ///< rtol = atol of methods that choose their steps
-  int order = 0;                               ///< of `extrapolated`: ExtrapolatedOptions::order
-  Integrator integrator = Integrator::Arkode;  ///< of `event`
-  double look = not_set;                       ///< EventDrivenOptions::look [s], of `extrapolated` too
-  Reactions reactions = Reactions::Any;        ///< that methods with steps of fixed size report
-  PenaltyOptions penalty = {};                 ///< of `penalty`
+  int edges = 8;                                    ///< of the friction polygon, in linear methods
+  double tolerance = 1e-10;                         ///< rtol = atol of methods that choose their steps
+  int order = 0;                                    ///< of `extrapolated`: ExtrapolatedOptions::order
+  Integrator integrator = Integrator::Arkode;       ///< of `event`
+  double look = not_set;                            ///< EventDrivenOptions::look [s], of `extrapolated` too
+  ImpactOrder impacts = ImpactOrder::Simultaneous;  ///< of methods that choose their steps
+  Reactions reactions = Reactions::Any;             ///< that methods with steps of fixed size report
+  PenaltyOptions penalty = {};                      ///< of `penalty`
 
   /// The setting `key` of a method: of penalty stiffness, damping, slip_speed, explicit (0 or 1). Throws std::invalid_argument for a
   /// method without settings, another key, or a value that it cannot take.

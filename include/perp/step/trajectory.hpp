@@ -35,6 +35,7 @@ struct Event {
       contact;  ///< name of the contact point, joint, loaded body or user's event; empty: of none alone
   ContactMode before = ContactMode::Open;  ///< of a joint: Stick or Slip
   ContactMode after = ContactMode::Open;
+  bool ambiguous = false;  ///< one of impacts in sequence (Impact::ambiguous)
 };
 
 /// States at t_0 .. t_n and the reports of the n steps between them. Stored flat: what a step adds is copied into space

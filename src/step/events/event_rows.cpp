@@ -29,7 +29,13 @@ ContactMode mode_in(const Modes& modes, const Model& model, int point) {
 }
 
 void EventRun::log(EventKind kind, const std::string& name, ContactMode before, ContactMode after) {
-  out_.events.push_back({.t = now_.x.t, .kind = kind, .contact = name, .before = before, .after = after});
+  const bool impact = kind == EventKind::Impact || kind == EventKind::Stop || kind == EventKind::Zeno;
+  out_.events.push_back({.t = now_.x.t,
+                         .kind = kind,
+                         .contact = name,
+                         .before = before,
+                         .after = after,
+                         .ambiguous = impact && ambiguous_});
 }
 
 /// Rolling against rolling friction that ends or begins, of a contact that stays closed.

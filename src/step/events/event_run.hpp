@@ -187,6 +187,7 @@ class EventRun {
   std::vector<ContactRow> jump_rows_;  // of the event in hand
   Vector jump_reactions_;              // and of its joint equations; empty without a jump
   double jump_energy_ = 0, jump_friction_ = 0;
+  bool ambiguous_ = false;  // its impacts in another order would end otherwise
   struct Jumped {
     int point;
     EventKind kind;

@@ -86,6 +86,7 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
   jump_reactions_.resize(0);
   jumped_.clear();
   jump_energy_ = jump_friction_ = 0;
+  ambiguous_ = false;
   for (int attempt = 0; attempt < 10; ++attempt) {
     perp::evaluate(model_, x, instant_);
     if (!instant_.fault.empty()) return fail(StepStatus::NotFinite, instant_.fault);
@@ -181,6 +182,7 @@ void EventRun::take_modes(const Modes& closed, const Instant& instant, const Acc
 
 bool EventRun::jump(bool jam) {
   ImpactOptions options{.restitution = options_.restitution,
+                        .order = options_.impacts,
                         .without_collision = jam,
                         .small_gap = scales_.small_gap(),
                         .inelastic = {}};
@@ -194,16 +196,12 @@ bool EventRun::jump(bool jam) {
   }
   const Impact impact = solve_impact(model_, x, options);
   if (!impact.solved) return false;
-  State after = x;
-  after.nu = impact.nu;
+  ambiguous_ = ambiguous_ || impact.ambiguous;
   double friction = 0;
   for (const ImpactContact& c : impact.contacts) {
     if (!(c.p_n > 0)) continue;
     const ContactInstant& s = instant_.contacts[at(instant_.contact_of_point[at(c.point)])];
-    const Vector3 mean = 0.5 * (s.velocity(x.nu) + s.velocity(after.nu)), p = s.frame.transpose() * c.impulse;
-    friction += p.tail<2>().dot(mean.tail<2>());
-    if (const MomentInstant* m = instant_.moments_of(s))
-      friction += 0.5 * (s.frame.transpose() * c.moment).dot(m->velocity(x.nu) + m->velocity(after.nu));
+    friction += c.friction;
     jump_rows_.push_back({.contact = c.contact,
                           .point = c.point,
                           .gap = s.psi_n,

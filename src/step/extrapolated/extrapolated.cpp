@@ -17,6 +17,7 @@ EventDrivenOptions events_of(const ExtrapolatedOptions& options) {
   return {.rtol = options.rtol,
           .atol = options.atol,
           .restitution = options.restitution,
+          .impacts = options.impacts,
           .look = options.look,
           .max_evaluations = options.max_evaluations};
 }

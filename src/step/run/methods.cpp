@@ -35,14 +35,14 @@ const std::vector<Method>& methods() {
       {"event", 0, true, false,
        "the instantaneous model integrated by SUNDIALS to a tolerance, events located",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
-         return std::make_unique<EventDriven>(
-             EventDrivenOptions{.rtol = o.tolerance, .integrator = o.integrator, .look = o.look});
+         return std::make_unique<EventDriven>(EventDrivenOptions{
+             .rtol = o.tolerance, .integrator = o.integrator, .impacts = o.impacts, .look = o.look});
        }},
       {"extrapolated", 0, true, false,
        "contact steps extrapolated to order 4, 6, 8 or a tolerance, events located",
        [](const MethodOptions& o) -> std::unique_ptr<Stepper> {
-         return std::make_unique<Extrapolated>(
-             ExtrapolatedOptions{.order = o.order, .rtol = o.tolerance, .look = o.look});
+         return std::make_unique<Extrapolated>(ExtrapolatedOptions{
+             .order = o.order, .rtol = o.tolerance, .impacts = o.impacts, .look = o.look});
        }},
       {"penalty", 1, false, false,
        "the compared other: springs and dampers for contacts, friction regularised; k and slip speed of its "
