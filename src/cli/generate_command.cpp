@@ -6,6 +6,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
+#include "perp/core/errors.hpp"
 #include "perp/solve/friction_io.hpp"
 #include "perp/study/friction_families.hpp"
 
@@ -15,7 +16,7 @@ void add_generate_command(CLI::App& perp, int& status) {
   struct Arguments {
     std::string family, out, format = "text";
     std::uint64_t seed = 0;
-    int count = 0, contacts = 300;
+    int count = 0, contacts = 0;
   };
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = perp.add_subcommand("generate", "Write contact problems of a family, one file each");
@@ -32,15 +33,18 @@ void add_generate_command(CLI::App& perp, int& status) {
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--contacts", arguments->contacts,
-                   "Of torsion, rolling and twist: at most so many a problem")
+                   "Of kapla, pile, chute, torsion, rolling and twist: at most so many a problem")
       ->transform(whole_number())
-      ->check(CLI::Range(4, 300))
-      ->capture_default_str();
+      ->check(CLI::Range(4, 100'000));
   command->add_option("--out", arguments->out, "Folder to write into")->required()->check(some_text());
   command->add_option("--format", arguments->format, "text or fclib")
       ->check(CLI::IsMember({"text", "fclib"}));
   command->callback([arguments, &status] {
     const Arguments& a = *arguments;
+    if (a.contacts > 0 && !takes_contacts(a.family))
+      refuse("perp generate", "--contacts", static_cast<double>(a.contacts),
+             "needs a family whose size can be chosen, kapla, pile, chute, torsion, rolling or twist: " +
+                 a.family + " has its own");
     std::filesystem::create_directories(a.out);
     const bool text = a.format == "text";
     const int digits = std::max<int>(3, static_cast<int>(std::to_string(a.count - 1).size()));

@@ -50,6 +50,7 @@ class ContactAssembly {
   /// Lets the first side of a contact move with `velocity` (a wall on its own course).
   void move(int contact, const Vector3& velocity) { contacts_[contact].wall = velocity; }
 
+  int bodies() const { return static_cast<int>(bodies_.size()); }
   int contacts() const { return static_cast<int>(contacts_.size()); }
   const Vector3& position(int body) const { return bodies_[body].position; }
 

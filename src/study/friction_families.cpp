@@ -6,6 +6,7 @@
 
 #include "contact_assembly.hpp"
 #include "perp/core/errors.hpp"
+#include "sphere_packing.hpp"
 
 namespace perp {
 namespace {
@@ -114,10 +115,14 @@ FrictionProblem wall(Random& random, bool large) {
   return assembly.problem();
 }
 
-FrictionProblem kapla(Random& random, bool large) {
+FrictionProblem kapla(Random& random, bool large, int contacts) {
   ContactAssembly assembly(random.decades(-3.5, -2));
-  const int layers = large ? random.integer(5, 8) : random.integer(2, 4);
-  const int planks = large ? 3 : random.integer(2, 3);
+  int layers = large ? random.integer(5, 8) : random.integer(2, 4);
+  int planks = large ? 3 : random.integer(2, 3);
+  if (contacts > 0) {
+    planks = contacts < 4 * 9 ? 2 : 3;
+    layers = std::max(1, contacts / (4 * planks * planks));
+  }
   const double length = 0.12, width = 0.024, height = 0.008, mass = random.decades(-3, 0),
                mu = draw_mu(random);
   const double pitch = (length - width) / (planks - 1);
@@ -292,6 +297,85 @@ FrictionProblem painleve(Random& random, bool large) {
   return assembly.problem();
 }
 
+/// The contacts of a packing, lowest spheres first, as long as they are no more than `most`; `walled` says along which axes there are walls.
+ContactAssembly contacts_of(const SpherePacking& packing, double step, double density, bool walled_x,
+                            double mu, int most) {
+  constexpr double near = 0.01;  // of the smaller radius: a gap that a step may close
+  ContactAssembly assembly(step);
+  std::vector<int> bodies;
+  for (std::size_t i = 0; i < packing.centre.size(); ++i) {
+    const Vector3& p = packing.centre[i];
+    const double r = packing.radius[i];
+    struct Touch {
+      int other;
+      Vector3 point, normal;
+      double gap;
+    };
+    std::vector<Touch> found;
+    const auto wall = [&](const Vector3& n, double gap) {
+      if (gap < near * r) found.push_back({world, p - r * n, n, std::max(gap, 0.0)});
+    };
+    wall(Vector3::UnitZ(), p.z() - r);
+    wall(Vector3::UnitY(), p.y() - r);
+    wall(-Vector3::UnitY(), packing.box.y() - p.y() - r);
+    if (walled_x) wall(Vector3::UnitX(), p.x() - r);
+    if (walled_x) wall(-Vector3::UnitX(), packing.box.x() - p.x() - r);
+    for (std::size_t j = 0; j < i; ++j) {
+      const Vector3 d = p - packing.centre[j];
+      const double reach = r + packing.radius[j] + near * std::min(r, packing.radius[j]);
+      if (std::abs(d.z()) > reach || d.squaredNorm() > reach * reach) continue;
+      const double distance = d.norm();
+      found.push_back({bodies[j], packing.centre[j] + packing.radius[j] / distance * d, d,
+                       std::max(distance - r - packing.radius[j], 0.0)});
+    }
+    if (assembly.contacts() + static_cast<int>(found.size()) > most) break;
+    bodies.push_back(assembly.add_sphere(density * 4 / 3 * std::numbers::pi * std::pow(r, 3), r, p));
+    for (const Touch& t : found) assembly.add_contact(t.other, bodies.back(), t.point, t.normal, mu, t.gap);
+  }
+  return assembly;
+}
+
+/// How many spheres have so many contacts at least.
+int spheres_of(int contacts) { return std::max(2, static_cast<int>(contacts / 2.2)); }
+
+/// Radii alike in a third of the packings, else up to 5 to 8 times the smallest.
+SpherePacking draw_packing(Random& random, int contacts, bool alike) {
+  const double largest = random.decades(-3, -1);
+  return pack_spheres(random, spheres_of(contacts), largest, alike ? 1.05 : random.uniform(5.2, 8));
+}
+
+FrictionProblem pile(Random& random, int contacts) {
+  const bool alike = random.chance(0.5);
+  const SpherePacking packing = draw_packing(random, contacts, alike);
+  const double mu = random.chance(0.3) ? 1 : draw_mu(random);
+  ContactAssembly assembly =
+      contacts_of(packing, random.decades(-3.5, -2), random.decades(2.5, 4), true, mu, contacts);
+  assembly.gravity({0, 0, -gravity});
+  const double largest = *std::max_element(packing.radius.begin(), packing.radius.end());
+  if (random.chance(0.5)) {  // it still trembles
+    const double speed = std::sqrt(gravity * largest) * random.decades(-3, -0.5);
+    for (int b = 0; b < assembly.bodies(); ++b)
+      assembly.set_velocity(b, random.vector(speed), random.vector(speed / largest));
+  }
+  return assembly.problem();
+}
+
+/// A packing that flows down an inclined channel, the faster the higher.
+FrictionProblem chute(Random& random, int contacts) {
+  const bool alike = random.chance(0.35);
+  const SpherePacking packing = draw_packing(random, contacts, alike);
+  const double mu = random.chance(0.5) ? 1 : random.uniform(0.2, 0.8);
+  ContactAssembly assembly =
+      contacts_of(packing, random.decades(-3.5, -2), random.decades(2.5, 4), false, mu, contacts);
+  assembly.gravity(about(Vector3::UnitY(), -random.uniform(0.2, 0.7)) * Vector3(0, 0, -gravity));
+  const double largest = *std::max_element(packing.radius.begin(), packing.radius.end());
+  const double rate = std::sqrt(gravity / largest) * random.decades(-2, 0), noise = 0.1 * rate * largest;
+  for (int b = 0; b < assembly.bodies(); ++b)
+    assembly.set_velocity(b, rate * assembly.position(b).z() * Vector3::UnitX() + random.vector(noise),
+                          rate / 2 * Vector3::UnitY() + random.vector(noise / largest));
+  return assembly.problem();
+}
+
 /// Piles of spheres, stacks or a box of at most so many contacts, with moments at them: over the normal reaction 10^-3 to 1 of a
 /// length of the bodies, at one contact in ten none, in half of the problems the same at all.
 FrictionProblem with_moments(Random& random, bool large, bool torsion, bool rolling, int most) {
@@ -320,30 +404,41 @@ FrictionProblem with_moments(Random& random, bool large, bool torsion, bool roll
 const std::vector<std::string>& friction_families() {
   static const std::vector<std::string> names{"box4",    "box16",   "stack", "wall",     "kapla",
                                               "spheres", "peg",     "wedge", "painleve", "infeasible-peg",
-                                              "torsion", "rolling", "twist"};
+                                              "torsion", "rolling", "twist", "pile",     "chute"};
   return names;
 }
 
-FrictionProblem friction_family(std::string_view family, std::uint64_t seed, int index, int most_contacts) {
+bool takes_contacts(std::string_view family) {
+  return family == "kapla" || family == "torsion" || family == "rolling" || family == "twist" ||
+         family == "pile" || family == "chute";
+}
+
+FrictionProblem friction_family(std::string_view family, std::uint64_t seed, int index, int contacts) {
   const auto& names = friction_families();
   const auto found = std::find(names.begin(), names.end(), family);
   Random seeds(seed * 1000003u + static_cast<std::uint64_t>(found - names.begin()) * 7919u +
                static_cast<std::uint64_t>(index));
   Random random(seeds.bits());
   const bool large = index % 3 == 2;
+  const int most = contacts > 0 ? contacts : 300;
+  const auto packed = [&] {
+    return contacts > 0 ? contacts : large ? random.integer(110, 200) : random.integer(10, 80);
+  };
   if (family == "box4") return box(random, 2).problem();
   if (family == "box16") return box(random, 4).problem();
   if (family == "stack") return stack(random, large).problem();
   if (family == "wall") return wall(random, large);
-  if (family == "kapla") return kapla(random, large);
+  if (family == "kapla") return kapla(random, large, contacts);
   if (family == "spheres") return spheres(random, large).problem();
   if (family == "peg") return peg(random, large);
   if (family == "wedge") return wedge(random, large);
   if (family == "painleve") return painleve(random, large);
   if (family == "infeasible-peg") return infeasible_peg(random, large);
-  if (family == "torsion") return with_moments(random, large, true, false, most_contacts);
-  if (family == "rolling") return with_moments(random, large, false, true, most_contacts);
-  if (family == "twist") return with_moments(random, large, true, true, most_contacts);
+  if (family == "torsion") return with_moments(random, large, true, false, most);
+  if (family == "rolling") return with_moments(random, large, false, true, most);
+  if (family == "twist") return with_moments(random, large, true, true, most);
+  if (family == "pile") return pile(random, packed());
+  if (family == "chute") return chute(random, packed());
   std::string known;
   for (const std::string& name : names) known += " " + name;
   refuse("friction_family", "family", family, "one of" + known + " is needed");

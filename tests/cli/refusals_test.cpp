@@ -58,6 +58,7 @@ TEST_CASE("numbers that are none, empty values and options that nothing uses are
       {"study seed-sphere --methods lcp --shard 2/1", "--shard"},
       {"generate box4 --seed -1 --count 1", "--seed"},
       {"generate box4 --seed 1 --count 0", "--count"},
+      {"generate box4 --seed 1 --count 1 --contacts 100", "--contacts"},
   };
   for (const Line& line : lines) {
     const Outcome done = run_perp(scratch, line.arguments + out);

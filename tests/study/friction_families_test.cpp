@@ -17,7 +17,8 @@ TEST_CASE("a family's member is the same every time and other members differ", "
 }
 
 TEST_CASE("a third of a family's members have more than a hundred contacts where it can", "[families]") {
-  for (const char* family : {"stack", "wall", "kapla", "spheres", "peg", "wedge", "infeasible-peg"}) {
+  for (const char* family :
+       {"stack", "wall", "kapla", "spheres", "peg", "wedge", "infeasible-peg", "pile", "chute"}) {
     CAPTURE(family);
     for (const int index : {2, 5}) CHECK(friction_family(family, 1, index).blocks() > 100);
   }
@@ -68,6 +69,26 @@ TEST_CASE("contacts with moments have their rows, and a problem as many contacts
   CHECK(many >= 5);
   CHECK(friction_family("torsion", 9, 0).kind(0) == BlockKind::Torsional);
   CHECK(friction_family("rolling", 9, 0).kind(0) == BlockKind::Rolling);
+}
+
+TEST_CASE(
+    "a packing has nearly as many contacts as asked for, its spheres lie on each other and gravity presses "
+    "them",
+    "[families]") {
+  for (const std::string family : {"pile", "chute"})
+    for (int index = 0; index < 4; ++index) {
+      const FrictionProblem p = friction_family(family, 11, index, 400);
+      CAPTURE(family, index);
+      CHECK(p.blocks() <= 400);
+      CHECK(p.blocks() > 320);
+      const double bodies = static_cast<double>(p.M.rows()) / 6;
+      CHECK(static_cast<double>(p.blocks()) > 2 * bodies);
+      const FrictionSolution s = solve_friction(p, {.tolerance = 1e-8, .use_ipopt = false, .time_limit = 20});
+      double carried = 0;  // of the contacts, how many press
+      for (Eigen::Index c = 0; c < p.blocks(); ++c) carried += s.r[3 * c] > 0 ? 1 : 0;
+      CHECK(carried > bodies);
+    }
+  CHECK(friction_family("kapla", 1, 0, 570).blocks() == 15 * 36);
 }
 
 TEST_CASE("moments of a family's contacts act about n, t and o", "[families]") {

@@ -22,6 +22,8 @@ namespace perp {
 ///   torsion          spheres, stack or box4 with torsion at every contact (4 rows)
 ///   rolling          likewise with rolling (5 rows)
 ///   twist            with both (6 rows)
+///   pile             spheres that lie in an open box, in half of the problems with radii up to 5 to 8 times the smallest
+///   chute            such a packing that flows down a channel, mu 1 in half of the problems
 ///   infeasible-peg   a peg whose hole closes: no velocity keeps out of both sides
 /// Parameters and ranges stand in doc/contact-problems.md.
 const std::vector<std::string>& friction_families();
@@ -29,8 +31,10 @@ const std::vector<std::string>& friction_families();
 /// Member `index` of the family drawn from `seed`, in global form; the same bits on every machine with IEEE
 /// arithmetic. A third of the members (index 2, 5, 8, ...) have more than 100 contacts where the family can.
 /// Throws std::invalid_argument for an unknown family, naming the known ones.
-/// Members of torsion, rolling and twist have at most `most_contacts`, at least 4; the others as many as the family has.
-FrictionProblem friction_family(std::string_view family, std::uint64_t seed, int index,
-                                int most_contacts = 300);
+/// `contacts` > 0 says how many: of pile, chute, torsion, rolling and twist at most so many, of the first two nearly so many; of kapla as many
+/// whole layers. The others have as many as the family draws.
+FrictionProblem friction_family(std::string_view family, std::uint64_t seed, int index, int contacts = 0);
+/// Whether `contacts` matters to it.
+bool takes_contacts(std::string_view family);
 
 }  // namespace perp
