@@ -28,6 +28,7 @@ struct ImpactOptions {
   bool without_collision = false;   ///< find impulses though nothing approaches: where CP1 has no solution
   double small_gap = not_set;       ///< contacts touch up to it [m]; 1e-10 of the largest length if not set
   std::vector<int> inelastic = {};  ///< points (of all the model's) that count with e = 0
+  std::vector<int> only = {};       ///< points that count at all; all if empty
 };
 
 /// One contact point in an impact. World axes.

@@ -9,12 +9,17 @@
 #include "perp/instant/reduced_system.hpp"
 #include "perp/solve/friction_solver.hpp"
 #include "solve/friction/even_friction.hpp"
+#include "step/impacts/impact_sequence.hpp"
 #include "step/modes/modes.hpp"
 #include "step/parts/contact_blocks.hpp"
 #include "step/parts/moment_laws.hpp"
 
 namespace perp {
 namespace {
+
+bool contains(const std::vector<int>& points, int point) {
+  return std::find(points.begin(), points.end(), point) != points.end();
+}
 
 /// The touching contacts' velocities as a function of their impulses, u = W r + q.
 struct Touching {
@@ -25,8 +30,7 @@ struct Touching {
   Vector approach;          // u_n- of each contact
   double speed = 0;         // what speeds are measured by
 
-  /// Of all points, or of `only` these.
-  Touching(const Model& model, const State& x, double small_gap, const std::vector<int>* only) {
+  Touching(const Model& model, const State& x, const ImpactOptions& options) {
     evaluate(model, x, s);
     if (!s.fault.empty()) refuse("solve_impact", "x", "a state", s.fault);
     const Scales scales = scales_of(model, x, s);
@@ -40,8 +44,8 @@ struct Touching {
     std::vector<double> normal;
     for (std::size_t i = 0; i < s.contacts.size(); ++i) {
       const ContactInstant& c = s.contacts[i];
-      if (c.psi_n > (std::isnan(small_gap) ? scales.small_gap() : small_gap)) continue;
-      if (only != nullptr && std::find(only->begin(), only->end(), c.point) == only->end()) continue;
+      if (c.psi_n > (std::isnan(options.small_gap) ? scales.small_gap() : options.small_gap)) continue;
+      if (!options.only.empty() && !contains(options.only, c.point)) continue;
       island.contacts.push_back(static_cast<int>(i));
       normal.push_back(c.velocity(x.nu).x());
     }
@@ -162,16 +166,13 @@ std::vector<ImpactContact> contacts_of(const Model& model, const Touching& touch
   return contacts;
 }
 
-/// All that touch at once, or of these `only` some points.
-Impact at_once(const Model& model, const State& x, const ImpactOptions& options,
-               const std::vector<int>* only) {
-  const Touching touching(model, x, options.small_gap, only);
+Impact at_once(const Model& model, const State& x, const ImpactOptions& options) {
+  const Touching touching(model, x, options);
   const auto count = static_cast<Eigen::Index>(touching.island.contacts.size());
   Vector e = Vector::Zero(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const ContactInstant& c = touching.contact(at(i));
-    if (std::find(options.inelastic.begin(), options.inelastic.end(), c.point) == options.inelastic.end())
-      e[i] = c.e;
+    if (!contains(options.inelastic, c.point)) e[i] = c.e;
   }
 
   Impact impact;
@@ -211,139 +212,6 @@ Impact at_once(const Model& model, const State& x, const ImpactOptions& options,
   return impact;
 }
 
-/// One pair of bodies after the other.
-class Sequence {
- public:
-  /// Which of the pairs that approach alike come first.
-  enum class Ties { Together, First, Last };
-
-  Sequence(const Model& model, const State& x, const ImpactOptions& options)
-      : model_(model), x_(x), options_(options) {
-    evaluate(model, x, s_);
-    if (!s_.fault.empty()) refuse("solve_impact", "x", "a state", s_.fault);
-    const Scales scales = scales_of(model, x, s_);
-    gap_ = std::isnan(options.small_gap) ? scales.small_gap() : options.small_gap;
-    speed_ = scales.small_speed();
-  }
-
-  Impact solve(Ties ties) {
-    Impact whole = at_rest();
-    State x = x_;
-    for (; whole.stages < most_; ++whole.stages) {
-      const std::vector<int> points = next(x.nu, ties);
-      if (points.empty()) return finish(std::move(whole));
-      if (!add(at_once(model_, x, options_, &points), x, whole)) return whole;
-    }
-    ImpactOptions inelastic = options_;  // no end in sight: what is left comes to rest at once
-    for (const ContactInstant& c : s_.contacts) inelastic.inelastic.push_back(c.point);
-    if (!add(at_once(model_, x, inelastic, nullptr), x, whole)) return whole;
-    return finish(std::move(whole));
-  }
-
-  bool tied() const { return tied_; }
-
- private:
-  struct Pair {
-    int a, b;
-    double approach;  // the fastest of its points [m/s]
-    std::vector<int> points;
-  };
-
-  /// Before the first stage: all that touches, without impulses.
-  Impact at_rest() const {
-    Impact whole;
-    whole.nu = x_.nu;
-    whole.stages = 0;
-    whole.residual = 0;
-    whole.joint_reactions.setZero(static_cast<Eigen::Index>(s_.joint_rows.size()));
-    for (const ContactInstant& c : s_.contacts)
-      if (c.psi_n <= gap_)
-        whole.contacts.push_back({.contact = c.contact, .point = c.point, .approach = c.velocity(x_.nu).x()});
-    return whole;
-  }
-
-  /// The points of the pair, or the pairs, that approach fastest at nu; none if nothing approaches.
-  std::vector<int> next(const Vector& nu, Ties ties) {
-    constexpr double alike = 1e-9;  // of the approach: what two computations of one speed may differ by
-    std::vector<Pair> pairs;
-    for (const ContactInstant& c : s_.contacts) {
-      if (c.psi_n > gap_) continue;
-      const double approach = -c.velocity(nu).x();
-      auto pair = std::find_if(pairs.begin(), pairs.end(),
-                               [&](const Pair& p) { return p.a == c.W.a && p.b == c.W.b; });
-      if (pair == pairs.end()) pair = pairs.insert(pairs.end(), Pair{c.W.a, c.W.b, approach, {}});
-      pair->approach = std::max(pair->approach, approach);
-      pair->points.push_back(c.point);
-    }
-    double fastest = speed_;
-    for (const Pair& p : pairs) fastest = std::max(fastest, p.approach);
-    std::erase_if(pairs,
-                  [&](const Pair& p) { return p.approach <= speed_ || p.approach < fastest * (1 - alike); });
-    if (pairs.size() > 1) tied_ = true;
-    if (ties == Ties::First && pairs.size() > 1) pairs.resize(1);
-    if (ties == Ties::Last && pairs.size() > 1) pairs.erase(pairs.begin(), pairs.end() - 1);
-    std::vector<int> points;
-    for (const Pair& p : pairs) points.insert(points.end(), p.points.begin(), p.points.end());
-    return points;
-  }
-
-  /// Adds a stage; false, and `whole` is as before the impact, if it has no answer.
-  bool add(const Impact& stage, State& x, Impact& whole) const {
-    if (!stage.solved) {
-      whole.solved = false;
-      whole.nu = x_.nu;
-      return false;
-    }
-    x.nu = stage.nu;
-    whole.energy += stage.energy;
-    whole.residual = std::max(whole.residual, stage.residual);
-    whole.joint_reactions += stage.joint_reactions;
-    for (const ImpactContact& c : stage.contacts) {
-      if (!(c.p_n > 0)) continue;
-      ImpactContact& sum = *std::find_if(whole.contacts.begin(), whole.contacts.end(),
-                                         [&](const ImpactContact& one) { return one.point == c.point; });
-      sum.impulse += c.impulse;
-      sum.moment += c.moment;
-      sum.p_n += c.p_n;
-      sum.friction += c.friction;
-      sum.mode = c.mode;
-    }
-    whole.nu = stage.nu;
-    return true;
-  }
-
-  Impact finish(Impact whole) const {
-    whole.solved = true;
-    for (ImpactContact& c : whole.contacts)
-      c.rebound = s_.contacts[at(s_.contact_of_point[at(c.point)])].velocity(whole.nu).x();
-    return whole;
-  }
-
-  static constexpr int most_ = 10'000;  // stages
-  const Model& model_;
-  const State& x_;
-  const ImpactOptions& options_;
-  Instant s_;
-  double gap_ = 0, speed_ = 0;  // below which contacts touch [m], and nothing approaches [m/s]
-  bool tied_ = false;
-};
-
-Impact in_sequence(const Model& model, const State& x, const ImpactOptions& options) {
-  Sequence sequence(model, x, options);
-  Impact impact = sequence.solve(Sequence::Ties::Together);
-  // what only a joint jerks has no contact to begin with
-  if (impact.solved && impact.stages == 0) return at_once(model, x, options, nullptr);
-  if (!impact.solved || !sequence.tied()) return impact;
-  constexpr double same = 1e-8;  // of the largest speed: above what stages of rounding add up to
-  for (const Sequence::Ties ties : {Sequence::Ties::First, Sequence::Ties::Last}) {
-    const Impact other = Sequence(model, x, options).solve(ties);
-    const double largest = std::max(x.nu.lpNorm<Eigen::Infinity>(), impact.nu.lpNorm<Eigen::Infinity>());
-    if (!other.solved || (other.nu - impact.nu).lpNorm<Eigen::Infinity>() > same * largest)
-      impact.ambiguous = true;
-  }
-  return impact;
-}
-
 }  // namespace
 
 std::string_view name_of(ImpactOrder order) {
@@ -359,8 +227,8 @@ ImpactOrder impact_order_named(std::string_view name) {
 Impact solve_impact(const Model& model, const State& x, const ImpactOptions& options) {
   model.check("solve_impact", x);
   return options.order == ImpactOrder::Sequential && !options.without_collision
-             ? in_sequence(model, x, options)
-             : at_once(model, x, options, nullptr);
+             ? solve_in_sequence(model, x, options)
+             : at_once(model, x, options);
 }
 
 }  // namespace perp
