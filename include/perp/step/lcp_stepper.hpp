@@ -66,6 +66,7 @@ class LcpStepper : public Stepper {
   std::string_view name() const override { return options_.anitescu_potra ? "lcp-ap" : "lcp"; }
   int order() const override { return 1; }
   int edges() const override { return options_.edges; }
+  bool knows_moments() const override { return true; }
   const LcpStepperOptions& options() const { return options_; }
   const StepAnswer* answer() const override;
 

@@ -194,10 +194,15 @@ class StepLaws {
     return {*at.c, *at.m, contact_.p, r.p, contact_.w, r.lever};
   }
 
+  std::array<double, 2> misses(const MomentLaw& law, const Vector3& u, const Vector3& omega) const {
+    return a_.polygon.empty() ? law.residuals(u, omega)
+                              : law.residuals(u, omega, static_cast<int>(a_.polygon.size()));
+  }
+
   void moments_of_positions(const Acting& r) {
     const Moments at = over_step(r);
     if (at.c == nullptr) return;
-    for (const double miss : law_of_moments(at, r).residuals(contact_.u, at.omega)) raise(e_.friction, miss);
+    for (const double miss : misses(law_of_moments(at, r), contact_.u, at.omega)) raise(e_.friction, miss);
     if (counts(r)) works_.moments(*at.m, r.p, at.omega);
   }
 
@@ -212,7 +217,7 @@ class StepLaws {
     const bool struck = strikes(at.c->W);
     if (struck || a_.scheme == Scheme::Halves) {
       const MomentLaw law = law_of_moments(at, r);
-      const auto miss = law.residuals(contact_.u, at.m->velocity(moved_.nu));
+      const auto miss = misses(law, contact_.u, at.m->velocity(moved_.nu));
       const bool may_be_tied =
           !struck && a_.scheme == Scheme::Halves && contact_at(start_, r.source) != nullptr;
       const auto tied = law.tied(contact_.u_over_step, over.omega);

@@ -4,6 +4,7 @@
 #include "core/index.hpp"
 #include "step/linearized/lcp_workspace.hpp"
 #include "step/linearized/mixed_form.hpp"
+#include "step/parts/contact_blocks.hpp"
 
 namespace perp {
 namespace {
@@ -18,7 +19,8 @@ void LcpStepper::Workspace::assemble(const Model& model, const Instant& s, std::
   IslandProblem& problem = problems[i];
   const Island& island = islands.get()[i];
   problem.reduced.assemble(model, s, island, nu_free, joint_bias);
-  problem.polygonal.assemble(problem.reduced, s, island, {.polygon = polygon, .gap_term = gap_term, .h = h},
+  problem.polygonal.assemble(problem.reduced, s, island,
+                             {.polygon = polygon, .polytope = polytope, .gap_term = gap_term, .h = h},
                              scaled);
 }
 
@@ -31,9 +33,11 @@ bool LcpStepper::Workspace::solve_island(const Model& model, const Instant& s, s
   LcpSolution& solution = problem.solution;
   points.clear();
   for (const int c : island.contacts) points.push_back(s.contacts[at(c)].point);
-  const PolygonalTerms terms{.polygon = polygon, .gap_term = gap_term, .h = h};
+  const PolygonalTerms terms{.polygon = polygon, .polytope = polytope, .gap_term = gap_term, .h = h};
   problem.reduced.assemble(model, s, island, nu_free, joint_bias);
-  const bool redundant = problem.reduced.size() > 0 && loops.in(model, s, island);
+  const bool twists =
+      std::ranges::any_of(island.contacts, [&](int c) { return s.contacts[at(c)].moments >= 0; });
+  const bool redundant = problem.reduced.size() > 0 && !twists && loops.in(model, s, island);
   problem.polygonal.list_unknowns(problem.reduced, s, island, terms, true);
   problem.r.resize(problem.reduced.size());
   KeptModes& modes = problem.modes[second ? 1 : 0];
@@ -112,6 +116,14 @@ void LcpStepper::certify(const Instant& s, const Island& island, std::size_t num
     const Vector3 u = c.velocity(answer.nu);
     problem.u.segment(row, rows) = u.head(rows);
     answer.p.col(index).head(rows) = problem.r.segment(row, rows);
+    if (const MomentInstant* m = s.moments_of(c); m != nullptr) {
+      const Vector3 omega = m->velocity(answer.nu);
+      const auto columns = m->columns(c.tangents);
+      for (int k = 0, from = moment_row(c, row); k < m->rows(c.tangents); ++k) {
+        problem.u[from + k] = omega[columns[at(k)]];
+        answer.moments(columns[at(k)], index) = problem.r[from + k];
+      }
+    }
     const double gap = w.gap_term[index], p_n = problem.r[row];
     answer.w[index] = problem.reduced.diagonal[row];
     answer.speed_scale = std::max({answer.speed_scale, std::abs(gap), problem.reduced.diagonal[row] * p_n,

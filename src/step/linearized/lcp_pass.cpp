@@ -66,6 +66,8 @@ void LcpStepper::Workspace::keep_unstruck(const Model& model, const Instant& s) 
   for (std::size_t i = 0; i < s.contacts.size(); ++i) {
     if (reaches(s.contacts[i].W)) continue;
     rebound.p.col(static_cast<int>(i)) = answer.p.col(static_cast<int>(i));
+    if (!s.moments.empty())
+      rebound.moments.col(static_cast<int>(i)) = answer.moments.col(static_cast<int>(i));
     rebound.slips[i] = answer.slips[i];
     rebound.w[static_cast<int>(i)] = answer.w[static_cast<int>(i)];
   }

@@ -12,6 +12,7 @@
 #include "step/implicit/least_reactions.hpp"
 #include "step/linearized/lcp_workspace.hpp"
 #include "step/parts/free_rotation.hpp"
+#include "step/parts/moment_laws.hpp"
 #include "step/parts/stable_step.hpp"
 
 namespace perp {
@@ -28,6 +29,7 @@ bool closes(const ContactInstant& c, const Vector& nu_free, double h, double spe
 
 LcpStepper::LcpStepper(LcpStepperOptions options) : options_(options), work_(std::make_unique<Workspace>()) {
   work_->polygon = work_->step.polygon = friction_polygon(options.edges);
+  work_->polytope = friction_polytope(options.edges);
   if (!(options.tolerance > 0)) refuse("LcpStepper", "tolerance", options.tolerance, "needs to be positive");
 }
 LcpStepper::~LcpStepper() = default;
@@ -245,6 +247,8 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
     report.message = why;
   };
   if (!start.fault.empty()) return fail(StepStatus::NotFinite, start.fault);
+  need_any_reactions(name(), model, options_.reactions);
+  if (options_.form == LcpForm::Mixed) need_no_moments("lcp in the mixed form", model);
 
   w.struck.clear();
   begin(model, x, request, start);
@@ -260,7 +264,7 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   const bool passed = w.islands_pass(options_, w.answer, report);
 
   StepAnswer& step = w.step;
-  list_impulses(s, w.answer, w.active, w.gap_term, step.first);
+  list_impulses(model, s, w.answer, w.active, w.gap_term, step.first);
   step.second.clear();
   step.struck.clear();
   Answer* final = &w.answer;
@@ -286,9 +290,9 @@ void LcpStepper::advance(const Model& model, State& x, const StepRequest& reques
   if (loop) report.projection = w.projection.move_onto(model, w.moved, w.end);
   if (options_.reactions == Reactions::MinimumNorm) take_least(model, s, request.h, *final);
   if (final == &w.rebound)
-    list_impulses(s, w.rebound, w.active, w.gap_term, step.second);
+    list_impulses(model, s, w.rebound, w.active, w.gap_term, step.second);
   else if (options_.reactions == Reactions::MinimumNorm)
-    list_impulses(s, w.answer, w.active, w.gap_term, step.first);
+    list_impulses(model, s, w.answer, w.active, w.gap_term, step.first);
   record(model, s, *final, w.active, w.end, report);
   step.h = request.h;
   step.max_correction_speed = request.max_correction_speed;

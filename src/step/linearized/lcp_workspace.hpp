@@ -57,6 +57,7 @@ struct IslandProblem {
 
 struct LcpStepper::Workspace {
   std::vector<Vector2> polygon;
+  std::vector<Vector3> polytope;
   StartInstant start;
   Instant end;
   Vector load, nu_free, gained;    // k; nu + h M^-1 k; h M^-1 k

@@ -6,6 +6,27 @@
 #include "core/index.hpp"
 
 namespace perp {
+namespace {
+
+/// The part of x along a column.
+double along(const PolygonalLcp::Column& c, const Vector& x) {
+  double sum = c.c0 * x[c.row];
+  if (c.rows > 1) sum += c.c1 * x[c.row + 1];
+  if (c.rows > 2) sum += c.c2 * x[c.row + 2];
+  return sum;
+}
+
+/// a^T W b.
+double between(const PolygonalLcp::Column& a, const Matrix& W, const PolygonalLcp::Column& b) {
+  const double of_a[] = {a.c0, a.c1, a.c2}, of_b[] = {b.c0, b.c1, b.c2};
+  double sum = 0;
+  for (int i = 0; i < a.rows; ++i)
+    for (int j = 0; j < b.rows; ++j) sum += of_a[i] * of_b[j] * W(a.row + i, b.row + j);
+  return sum;
+}
+
+}  // namespace
+
 void PolygonalLcp::assemble(const ReducedSystem& reduced, const Instant& instant, const Island& island,
                             const PolygonalTerms& terms, bool scaled) {
   list_unknowns(reduced, instant, island, terms, scaled);
@@ -30,9 +51,17 @@ void PolygonalLcp::list_unknowns(const ReducedSystem& reduced, const Instant& in
   }
   group_of_contact_.assign(at(contacts), -1);
   for (int i = 0; i < contacts; ++i) {
-    if (contact(i).tangents == 0) continue;
     const int row = reduced.rows_of(i), group = static_cast<int>(groups_.size());
     const double s = unit(row);
+    if (const MomentInstant* m = instant.moments_of(contact(i)); m != nullptr) {
+      if (m->has_sliding(contact(i).mu)) group_of_contact_[at(i)] = group;
+      add_moments(contact(i), *m, i, row, reduced.diagonal[row], terms);
+      for (std::size_t g = at(group); g < groups_.size(); ++g) groups_[g].scale = 1 / s;
+      for (Column& column : columns_)
+        if (column.group >= group) column.scale = s;
+      continue;
+    }
+    if (contact(i).tangents == 0) continue;
     group_of_contact_[at(i)] = group;
     groups_.push_back({.normal = i, .mu = contact(i).mu, .diagonal = reduced.diagonal[row], .scale = 1 / s});
     if (contact(i).tangents == 1) {
@@ -52,6 +81,49 @@ void PolygonalLcp::list_unknowns(const ReducedSystem& reduced, const Instant& in
   }
 }
 
+/// The groups of a contact with moments: what slides and twists, what rolls; rows from `row` on: n, t, o, torsion, rolling.
+void PolygonalLcp::add_moments(const ContactInstant& c, const MomentInstant& m, int normal, int row,
+                               double diagonal, const PolygonalTerms& terms) {
+  const auto begin_group = [&] {
+    groups_.push_back({.normal = normal, .mu = 1, .diagonal = diagonal});
+    return static_cast<int>(groups_.size()) - 1;
+  };
+  const int torsion_row = row + 1 + c.tangents;
+  const bool twists = m.torsion > 0, in_plane = c.tangents == 2 && (c.mu > 0 || m.mu_o > 0);
+  if (twists && in_plane) {
+    const int group = begin_group();
+    for (const Vector3& d : terms.polytope)
+      columns_.push_back({.row = row + 1,
+                          .rows = 3,
+                          .c0 = c.mu * d.x(),
+                          .c1 = m.mu_o * d.y(),
+                          .c2 = m.torsion * d.z(),
+                          .group = group});
+  } else if (twists) {
+    const int group = begin_group();
+    for (const double d : {m.torsion, -m.torsion})
+      columns_.push_back({.row = torsion_row, .c0 = d, .group = group});
+  } else if (in_plane) {
+    const int group = begin_group();
+    for (const Vector2& d : terms.polygon)
+      columns_.push_back(
+          {.row = row + 1, .rows = 2, .c0 = c.mu * d.x(), .c1 = m.mu_o * d.y(), .group = group});
+  } else if (c.tangents == 1 && c.mu > 0) {
+    const int group = begin_group();
+    for (const double d : {c.mu, -c.mu}) columns_.push_back({.row = row + 1, .c0 = d, .group = group});
+  }
+  if (!(m.rolling > 0)) return;
+  const int rolling_row = torsion_row + (twists ? 1 : 0), group = begin_group();
+  if (c.tangents == 1) {
+    for (const double d : {m.rolling, -m.rolling})
+      columns_.push_back({.row = rolling_row, .c0 = d, .group = group});
+    return;
+  }
+  for (const Vector2& d : terms.polygon)
+    columns_.push_back(
+        {.row = rolling_row, .rows = 2, .c0 = m.rolling * d.x(), .c1 = m.rolling * d.y(), .group = group});
+}
+
 void PolygonalLcp::fill(const ReducedSystem& reduced, const Island& island, const PolygonalTerms& terms) {
   const int n = static_cast<int>(columns_.size()), m = static_cast<int>(groups_.size());
   Matrix& F = lcp_.A;
@@ -63,14 +135,9 @@ void PolygonalLcp::fill(const ReducedSystem& reduced, const Island& island, cons
     const Column& b = columns_[at(j)];
     for (int i = 0; i <= j; ++i) {
       const Column& a = columns_[at(i)];
-      double sum = a.c0 * b.c0 * W(a.row, b.row);
-      if (b.rows == 2) sum += a.c0 * b.c1 * W(a.row, b.row + 1);
-      if (a.rows == 2) sum += a.c1 * b.c0 * W(a.row + 1, b.row);
-      if (a.rows == 2 && b.rows == 2) sum += a.c1 * b.c1 * W(a.row + 1, b.row + 1);
-      F(i, j) = F(j, i) = a.scale * b.scale * sum;
+      F(i, j) = F(j, i) = a.scale * b.scale * between(a, W, b);
     }
-    double q = b.c0 * reduced.q[b.row];
-    if (b.rows == 2) q += b.c1 * reduced.q[b.row + 1];
+    double q = along(b, reduced.q);
     if (b.group < 0) q += terms.gap_term[island.contacts[at(j)]];
     f[j] = b.scale * q;
     if (b.group >= 0) {
@@ -92,7 +159,8 @@ void PolygonalLcp::read_impulses(const Vector& z, Vector& r) const {
     const Column& c = columns_[j];
     const double p = c.scale * z[static_cast<int>(j)];
     r[c.row] += c.c0 * p;
-    if (c.rows == 2) r[c.row + 1] += c.c1 * p;
+    if (c.rows > 1) r[c.row + 1] += c.c1 * p;
+    if (c.rows > 2) r[c.row + 2] += c.c2 * p;
   }
 }
 
@@ -142,8 +210,7 @@ double PolygonalLcp::friction_residual(const Vector& z, const Vector& u, const V
       const Column& c = columns_[j];
       if (c.group != static_cast<int>(g)) continue;
       const double beta = c.scale * z[static_cast<int>(j)];
-      double speed = sigma + c.c0 * u[c.row];
-      if (c.rows == 2) speed += c.c1 * u[c.row + 1];
+      const double speed = sigma + along(c, u);
       miss = std::max(miss, std::abs(std::min(speed, group.diagonal * beta)));
       unit = length[c.row];
       room -= beta;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "perp/core/errors.hpp"
+#include "perp/instant/friction_polygon.hpp"
 #include "solve/blocks/ellipsoid.hpp"
 #include "step/certificate/closeness.hpp"
 #include "step/implicit/nonsmooth_newton.hpp"
@@ -99,6 +100,38 @@ std::array<double, 2> MomentLaw::residuals(const Vector3& u, const Vector3& omeg
   return {miss(sliding_axes(), sliding(p, p_m.x() / lever), sliding(u, omega.x() * lever)),
           miss({roll, roll, 0}, {p_m.y() / lever, p_m.z() / lever, 0},
                {omega.y() * lever, omega.z() * lever, 0})};
+}
+
+std::array<double, 2> MomentLaw::residuals(const Vector3& u, const Vector3& omega, int edges) const {
+  if (c.tangents < 2) return residuals(u, omega);
+  const double bound = std::max(p.x(), 0.0), roll = m.rolling / lever;
+  const auto miss = [&](const Vector3& axes, const Vector3& impulse, const Vector3& velocity, auto gauge,
+                        auto support) {
+    const double largest = axes.maxCoeff();
+    Vector3 over = Vector3::Zero();  // the impulse in semi-axes
+    double aside = 0;                // and what is along none
+    for (int k = 0; k < 3; ++k) {
+      if (axes[k] > 0)
+        over[k] = impulse[k] / axes[k];
+      else
+        aside = std::max(aside, std::abs(impulse[k]));
+    }
+    const double outside = w * std::max(aside, largest * std::max(0.0, gauge(over) - bound));
+    if (!(largest > 0) || bound == 0) return outside;
+    // work that another impulse would take beyond this one's, over p_n; no more than what changing it would change
+    const double missed = support(Vector3(-axes.cwiseProduct(velocity))) + impulse.dot(velocity) / bound;
+    return std::max(outside, std::min(std::abs(missed) / largest, 2 * w * bound * largest));
+  };
+  const auto flat = [&](const Vector3& x) -> Vector2 { return x.head<2>(); };
+  return {
+      miss(
+          sliding_axes(), sliding(p, p_m.x() / lever), sliding(u, omega.x() * lever),
+          [&](const Vector3& x) { return polytope_gauge(edges, x); },
+          [&](const Vector3& y) { return polytope_support(edges, y); }),
+      miss(
+          {roll, roll, 0}, {p_m.y() / lever, p_m.z() / lever, 0}, {omega.y() * lever, omega.z() * lever, 0},
+          [&](const Vector3& x) { return polygon_gauge(edges, flat(x)); },
+          [&](const Vector3& y) { return polygon_support(edges, flat(y)); })};
 }
 
 std::array<double, 2> MomentLaw::tied(const Vector3& u, const Vector3& omega) const {

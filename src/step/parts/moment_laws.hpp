@@ -65,6 +65,9 @@ struct MomentLaw {
 
   /// How far groups 1 and 2 are from their laws at u, omega [m/s].
   [[nodiscard]] std::array<double, 2> residuals(const Vector3& u, const Vector3& omega) const;
+  /// The same with friction_polytope(edges) in the place of the ellipsoid's ball, the polygon in that of the disc: by how much impulses lie
+  /// outside, as a speed, or by how much others would do more work, over p_n.
+  [[nodiscard]] std::array<double, 2> residuals(const Vector3& u, const Vector3& omega, int edges) const;
   /// How far they are from the friction of what slides and rolls at u, omega; infinite of a group that does not.
   [[nodiscard]] std::array<double, 2> tied(const Vector3& u, const Vector3& omega) const;
 

@@ -6,6 +6,7 @@
 #include "core/index.hpp"
 #include "perp/core/errors.hpp"
 #include "step/certificate/closeness.hpp"
+#include "step/parts/moment_laws.hpp"
 
 namespace perp {
 bool touches(const ContactInstant& c, double h, double speed) {
@@ -168,6 +169,7 @@ void Answer::clear(const Instant& instant, const Vector& nu_free) {
   nu = nu_free;
   impulse.setZero(nu_free.size());
   p.setZero(3, contacts);
+  moments.setZero(3, instant.moments.empty() ? 0 : contacts);
   reactions.setZero(static_cast<Eigen::Index>(instant.joint_rows.size()));
   joint_friction.setZero(static_cast<Eigen::Index>(instant.joint_frictions.size()));
   slips.assign(instant.contacts.size(), 0);
@@ -190,16 +192,23 @@ void record(const Model& model, const Instant& start, const Answer& answer, std:
     const ContactMode closed = answer.slips[at(i)] != 0 ? ContactMode::Slip : ContactMode::Stick;
     report.contacts.push_back(contact_row(c, p, p.x() > 0 ? closed : ContactMode::Open));
     report.contacts.back().gap = now < 0 ? infinity : end.contacts[at(now)].psi_n;
+    if (c.moments >= 0) report.contacts.back().moment = c.frame * answer.moments.col(i);
   }
   record_joints(model, start, answer, end, report);
 }
 
-void list_impulses(const Instant& start, const Answer& answer, std::span<const int> active,
-                   const Vector& gap_term, std::vector<Acting>& all) {
+void list_impulses(const Model& model, const Instant& start, const Answer& answer,
+                   std::span<const int> active, const Vector& gap_term, std::vector<Acting>& all) {
   all.clear();
-  for (const int i : active)
-    all.push_back(
-        {.source = start.contacts[at(i)].point, .p = answer.p.col(i), .w = answer.w[i], .gap = gap_term[i]});
+  for (const int i : active) {
+    const ContactInstant& c = start.contacts[at(i)];
+    all.push_back({.source = c.point, .p = answer.p.col(i), .w = answer.w[i], .gap = gap_term[i]});
+    if (const MomentInstant* m = start.moments_of(c); m != nullptr)
+      all.push_back({.of = Reaction::Of::Moments,
+                     .source = c.point,
+                     .p = answer.moments.col(i),
+                     .lever = lever_of(model, start, c, *m)});
+  }
   for (int i = 0; i < static_cast<int>(start.joint_rows.size()); ++i)
     all.push_back({.of = Reaction::Of::JointRow, .source = i, .p = {answer.reactions[i], 0, 0}});
   for (int i = 0; i < static_cast<int>(start.joint_frictions.size()); ++i)

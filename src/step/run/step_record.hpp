@@ -40,6 +40,7 @@ struct Answer {
   Vector nu;                     ///< nu+ (nv)
   Vector impulse;                ///< W_n p_n + W_f p_f + W_b p_b + W_bf p_bf (nv)
   Eigen::Matrix3Xd p;            ///< (3, contacts): along n, t, o of each
+  Eigen::Matrix3Xd moments;      ///< and about them [N m s]; no columns where no contact has moments
   Vector reactions;              ///< p_b of each joint row
   Vector joint_friction;         ///< p_bf of each joint friction
   std::vector<char> slips;       ///< of each contact
@@ -82,7 +83,7 @@ void record(const Model& model, const Instant& start, const Answer& answer, std:
             const Instant& end, StepReport& report);
 
 /// The answer's impulses as the certificate reads them, with the gap terms of their laws.
-void list_impulses(const Instant& start, const Answer& answer, std::span<const int> active,
-                   const Vector& gap_term, std::vector<Acting>& all);
+void list_impulses(const Model& model, const Instant& start, const Answer& answer,
+                   std::span<const int> active, const Vector& gap_term, std::vector<Acting>& all);
 
 }  // namespace perp
