@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "perp/model/gaps.hpp"
+#include "perp/step/lcp_stepper.hpp"
 #include "perp/step/ncp2_stepper.hpp"
 #include "perp/step/ncp_stepper.hpp"
 #include "tests/order/ladder.hpp"
@@ -69,6 +70,15 @@ TEST_CASE("the fully implicit step has order 1 where friction twists, rolls and 
   CHECK(observed(ncp, scene("coasting-wheel", {{"rolling", 0.02}}), 2) == order(1));
   CHECK(observed(ncp, scene("coasting-wheel", {{"slope", 0.1}, {"v0", -1}}), 2) == order(1));
   CHECK(observed(ncp, sliding_disc(), 1) == order(1));
+}
+
+TEST_CASE("the LCP step has order 1 where friction twists alone or rolls along a vertex of its polygon",
+          "[order][moments]") {
+  LcpStepper lcp;
+  CHECK(observed(lcp, scene("spun-sphere"), 0.8) == order(1));
+  CHECK(observed(lcp, scene("spun-sphere"), 0.5, 1) == order(1));
+  CHECK(observed(lcp, scene("coasting-wheel", {{"rolling", 0.02}}), 2) == order(1));
+  CHECK(observed(lcp, scene("coasting-wheel", {{"slope", 0.1}, {"v0", -1}}), 2) == order(1));
 }
 
 }  // namespace perp

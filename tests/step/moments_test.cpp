@@ -65,6 +65,13 @@ std::vector<std::unique_ptr<Stepper>> exact_cones() {
   return all;
 }
 
+/// And the LCP, on motions along vertices of its polytope.
+std::vector<std::unique_ptr<Stepper>> with_lcp() {
+  auto all = exact_cones();
+  all.push_back(make_stepper("lcp"));
+  return all;
+}
+
 }  // namespace
 
 TEST_CASE("moments of contacts turn with their bodies as differentiate_moments says",
@@ -203,7 +210,7 @@ TEST_CASE("sliding and spinning under the ellipsoid end together", "[moments]") 
 }
 
 TEST_CASE("energy that twisting and rolling take is accounted for, and stands in contacts.csv", "[moments]") {
-  for (const std::unique_ptr<Stepper>& stepper : exact_cones()) {
+  for (const std::unique_ptr<Stepper>& stepper : with_lcp()) {
     const Scene s = scene("spun-sphere");
     State x = s.start;
     double friction = 0, twist = 0;
@@ -231,7 +238,7 @@ TEST_CASE("a wheel stands on a slope if and only if its tangent is no more than 
   for (const double off : {-1e-6, 1e-6}) {
     const Scene s =
         scene("coasting-wheel", {{"slope", std::atan(rho / R) + off}, {"v0", 0}, {"rolling", rho}});
-    for (const std::unique_ptr<Stepper>& stepper : exact_cones()) {
+    for (const std::unique_ptr<Stepper>& stepper : with_lcp()) {
       const State x = simulate(s.model, *stepper, s.start, {.t_end = 2, .h = 0.1}).back();
       CAPTURE(stepper->name(), off);
       if (off < 0)
@@ -243,7 +250,7 @@ TEST_CASE("a wheel stands on a slope if and only if its tangent is no more than 
 }
 
 TEST_CASE("contacts without friction forces twist and roll too", "[moments]") {
-  for (const std::unique_ptr<Stepper>& stepper : exact_cones()) {
+  for (const std::unique_ptr<Stepper>& stepper : with_lcp()) {
     Scene s = scene("spun-sphere", {{"mu", 0}});
     s.model.set_velocity(s.start, {1}, {1, 0, 0}, {0, 0, 30});
     const State x = simulate(s.model, *stepper, s.start, {.t_end = 0.7, .h = 1e-2}).back();
