@@ -241,7 +241,7 @@ void PenaltyStepper::Workspace::judge(const Model& model, const State& x, const 
                                       const StepRequest& request, bool implicit, StepReport& report) {
   for (std::size_t i = 0; i < laws.size(); ++i)
     answer.slips[i] = s.contacts[i].velocity(nu).tail<2>().norm() >= slip;
-  list_impulses(s, answer, active, gap_term, step.first);
+  list_impulses(model, s, answer, active, gap_term, step.first);
   record(model, s, answer, active, end, report);
   step.h = request.h;
   step.max_correction_speed = request.max_correction_speed;
