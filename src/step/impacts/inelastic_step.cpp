@@ -58,6 +58,7 @@ void InelasticStep::begin() {
   joint_bias_.resize(static_cast<Eigen::Index>(s_.joint_rows.size()));
   for (std::size_t i = 0; i < s_.joint_rows.size(); ++i)
     joint_bias_[static_cast<Eigen::Index>(i)] = s_.joint_rows[i].psi_b_t;
+  reactions_.setZero(joint_bias_.size());
   taken_.assign(s_.contacts.size(), 0);
   answer.joint_bias = joint_bias_;
 }
