@@ -126,5 +126,7 @@ Scene coin(Parameters&);
 Scene cone(Parameters&);
 Scene tetrahedra(Parameters&);
 Scene chute(Parameters&);
+Scene feeder(Parameters&);  // scenes_feeding.cpp
+Scene fixture(Parameters&);
 
 }  // namespace perp

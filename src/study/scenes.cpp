@@ -135,6 +135,8 @@ constexpr BuiltIn built_in[] = {
     {"cone", cone},
     {"tetrahedra", tetrahedra},
     {"chute", chute},
+    {"feeder", feeder},
+    {"fixture", fixture},
 };
 
 }  // namespace

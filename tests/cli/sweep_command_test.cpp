@@ -135,6 +135,46 @@ TEST_CASE(
   CHECK(shares.at("passed") == std::vector<std::string>{"1", "1", "0", "0"});
 }
 
+TEST_CASE("the feeder sets most of its parts on their base, as many under lcp as under ncp2", "[sweep]") {
+  const Scratch scratch("sweep-feeder");
+  const Outcome done =
+      run_perp(scratch,
+               "study feeder --methods ncp2,lcp --steps 0.002 --draw turn=0:6.283185307179586 "
+               "--draw start_x=-0.05:0.02 --draws 30 --seed 1 --pass 'cos(cup.angle) > 0.99' --out " +
+                   (scratch / "out"));
+  REQUIRE(done.status <= 1);  // a part may end with a step that says why it does not advance
+  const auto shares = columns(scratch / "out/shares.csv");
+  REQUIRE(shares.at("method") == std::vector<std::string>{"ncp2", "lcp"});
+  for (const std::string& n : shares.at("n")) CHECK(std::stoi(n) >= 27);
+  const auto share = [&](const char* column, std::size_t i) { return std::stod(shares.at(column)[i]); };
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(share("share", i) > 0.5);
+    CHECK(share("share", i) > share("low", 1 - i));
+    CHECK(share("share", i) < share("high", 1 - i));
+  }
+}
+
+TEST_CASE("the feeder and the fixture are the same built in and as files", "[sweep]") {
+  const Scratch scratch("machines");
+  const std::string scenes = std::string(PERP_TEST_FOLDER) + "/../../examples/scenes/";
+  for (const std::string name : {"feeder", "fixture"}) {
+    CAPTURE(name);
+    for (const auto& [scene, out] :
+         {std::pair(name, "/built-in"), std::pair(scenes + name + ".toml", "/file")})
+      REQUIRE(run_perp(scratch, "run " + scene + " --method ncp2 --step 0.002 --until 0.3 --out " +
+                                    (scratch / (name + out)))
+                  .status == 0);
+    const auto built_in = columns(scratch / (name + "/built-in/trajectory.csv"));
+    const auto file = columns(scratch / (name + "/file/trajectory.csv"));
+    REQUIRE(built_in.size() == file.size());
+    for (const auto& [column, values] : built_in) {
+      CAPTURE(column);
+      REQUIRE(file.at(column).size() == values.size());
+      CHECK(std::abs(std::stod(file.at(column).back()) - std::stod(values.back())) < 1e-4);
+    }
+  }
+}
+
 TEST_CASE("Wilson's interval of a share is the textbook's", "[sweep]") {
   const Share some = wilson(8, 10);  // 0.490 to 0.943
   CHECK(some.share == 0.8);

@@ -149,9 +149,10 @@ std::string HeldSystem::factor(const Model& model, const std::vector<Coupling>& 
   A_ = rows_.asDiagonal() * A_;
   constexpr double dependent = 1e-10;  // rows of length 1
   lu_.compute(A_);
-  // the condition's estimate is no use where a pivot is zero
+  // pivots tell most; the condition's estimate costs as much again, and is no use where a pivot is zero
+  constexpr double suspect = 1e-4;
   const double pivot = n > 0 ? lu_.matrixLU().diagonal().cwiseAbs().minCoeff() : 1;
-  redundant_ = !(pivot > dependent) || (n > 0 && !(lu_.rcond() > dependent));
+  redundant_ = !(pivot > dependent) || (pivot < suspect && !(lu_.rcond() > dependent));
   if (!redundant_) return "";
   cod_.setThreshold(dependent);
   cod_.compute(A_);

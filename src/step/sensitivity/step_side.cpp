@@ -17,6 +17,12 @@ bool StepSide::begin_like(const Model& model, const State& x, const StepModes& m
   return begin(model, x, modes, own_start_);
 }
 
+bool StepSide::go_on(const Model& model, const State& x, const StepModes& modes) {
+  std::swap(own_start_, end);
+  evaluate_loads(model, x, own_start_);
+  return begin(model, x, modes, own_start_);
+}
+
 bool StepSide::begin(const Model& model, const State& x, const StepModes& modes, const Instant& start) {
   start_ = &start;
   model_ = &model;
@@ -119,10 +125,9 @@ void StepSide::momentum(Vector& out) {
     out += load;
     return;
   }
-  std::vector<Reaction> gives = first;  // p_1 of what an impact changes gives no momentum
-  for (std::size_t i = 0; i < gives.size(); ++i)
-    if (modes_->whole[i] != 0 || modes_->first[i].held == Held::Open) gives[i].p.setZero();
-  static_cast<const FirstStage&>(*problem_).kick(gives, out);
+  static_cast<const FirstStage&>(*problem_).kick({}, out);
+  for (std::size_t i = 0; i < first.size(); ++i)  // p_1 of what an impact changes gives no momentum
+    if (modes_->whole[i] == 0 && modes_->first[i].held != Held::Open) first[i].W.add_impulse(first[i].p, out);
   carry(model, nu_q_, 2 * h, out);
   for (std::size_t i = 0; i < start_->masses.size(); ++i) {
     const Body& b = model.bodies()[at(start_->masses[i].body)];

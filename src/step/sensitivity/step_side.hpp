@@ -32,6 +32,8 @@ class StepSide {
   bool begin(const Model& model, const State& x, const StepModes& modes, const Instant& start);
   /// The same; evaluates x first, contacts' frames being those of `like`.
   bool begin_like(const Model& model, const State& x, const StepModes& modes, const Instant& like);
+  /// The same where `end` has been evaluated at x.q, of other velocities.
+  bool go_on(const Model& model, const State& x, const StepModes& modes);
   const Instant& start() const { return *start_; }
   /// R and u of the first stage at nu_q; false if something is not finite.
   bool evaluate_first(const Vector& nu_q);

@@ -145,50 +145,77 @@ bool StepTangent::take_second_modes(const State& after, std::vector<NoDerivative
   return true;
 }
 
+/// The neighbours at the start of the step, and their first stage's R at the run's nu_q.
+bool StepTangent::set_out(const State& before, const ParameterSides& sides, const StateTangent& old,
+                          Eigen::Index j, Pair& pair) {
+  constexpr int again = 64;   // steps after which they are set to either side of the run anew
+  constexpr double near = 5;  // how far the half-width of a direction of the start may be from the best
+  const std::array<const Model*, 2> models{sides.plus, sides.minus};
+  const double wanted = sides.eps > 0 ? sides.eps : half_width(model_, before, old, j);
+  const bool same = sides.eps > 0 ? pair.eps == wanted : pair.eps < near * wanted && wanted < near * pair.eps;
+  // a run that looks at chosen contacts alone begins each step with other axes
+  const bool goes_on = same && pair.models == models && pair.steps > 0 && pair.steps < again &&
+                       pair.x[0].t == before.t && start_.near() == nullptr;
+  if (!goes_on) pair.eps = wanted;
+  pair.models = models;
+  pair.steps = goes_on ? pair.steps + 1 : 1;
+  for (std::size_t s = 0; s < 2; ++s) {
+    StepSide& side = pair.sides[s];
+    side.first = here_.first;
+    side.second = here_.second;
+    if (!goes_on)
+      pair.x[s] = displaced(model_, before, old.xi.col(j), old.nu.col(j), s == 0 ? pair.eps : -pair.eps);
+    const bool set = goes_on ? side.go_on(*models[s], pair.x[s], modes_)
+                             : side.begin_like(*models[s], pair.x[s], modes_, here_.start());
+    if (!set || !side.evaluate_first(modes_.answer.nu_q)) return false;
+  }
+  return true;
+}
+
 /// The tangent's column j at the end. Returns what is wrong with it.
 std::string StepTangent::column(const State& before, const State& after, const ParameterSides& sides,
                                 Eigen::Index j, const StateTangent& old, StateTangent& tangent) {
   constexpr double agree = 1e-5;  // of the right-hand side: differences are good to 1e-9
   const char* const gone = "a contact point is not there on one side";
-  const double eps = sides.eps > 0 ? sides.eps : half_width(model_, before, old, j);
-  const std::array<StepSide*, 2> both{&plus_, &minus_};
-  std::array<State, 2> from, to;
+  const char* const odd = "the constraints contradict each other on one side";
+  Pair& pair = pairs_[at(j)];
+  if (!set_out(before, sides, old, j, pair)) return pair.steps = 0, gone;
+  const double eps = pair.eps;
   std::array<Vector, 2> F;
+  for (std::size_t s = 0; s < 2; ++s)
+    held_equations(pair.sides[s].first, modes_.first, pair.sides[s].R, F[s]);
+  Vector rhs = -(F[0] - F[1]) / (2 * eps), dz = first_.solve(rhs);
+  if (!(first_.miss(dz, rhs) < agree)) return odd;
+  const Vector dnu_q = dz.head(model_.nv());
+  std::vector<HeldMode> modes = modes_.second;
   for (std::size_t s = 0; s < 2; ++s) {
+    StepSide& side = pair.sides[s];
     const double t = s == 0 ? eps : -eps;
-    const Model& model = s == 0 ? *sides.plus : *sides.minus;
-    from[s] = displaced(model, before, old.xi.col(j), old.nu.col(j), t);
-    both[s]->first = here_.first;
-    both[s]->second = here_.second;
-    if (!both[s]->begin_like(model, from[s], modes_, here_.start()) ||
-        !both[s]->evaluate_first(modes_.answer.nu_q))
-      return gone;
-    held_equations(both[s]->first, modes_.first, both[s]->R, F[s]);
-  }
-  const Vector rhs = -(F[0] - F[1]) / (2 * eps), dz = first_.solve(rhs);
-  if (!(first_.miss(dz, rhs) < agree)) return "the constraints contradict each other on one side";
-  Vector dnu = dz.head(model_.nv());
-  for (std::size_t s = 0; s < 2; ++s) {
-    const double t = s == 0 ? eps : -eps;
-    const Model& model = s == 0 ? *sides.plus : *sides.minus;
-    const Vector nu_q = modes_.answer.nu_q + t * dnu;
-    to[s] = from[s];
-    move(model, nu_q, modes_.request.h, to[s].q);
+    const Vector nu_q = modes_.answer.nu_q + t * dnu_q;
+    add_impulses(modes_.first, dz, t, side.first);
+    if (!side.evaluate_first(nu_q)) return gone;
+    pair.x[s].q = side.moved().q;
+    pair.x[s].t = after.t;
     if (!modes_.two_stages()) continue;
-    add_impulses(modes_.first, dz, t, both[s]->first);
-    if (!both[s]->evaluate_first(nu_q) || !both[s]->evaluate_second(after.nu)) return gone;
-    std::vector<HeldMode> modes = modes_.second;
+    if (!side.evaluate_second(after.nu)) return gone;
     for (std::size_t i = 0; i < modes.size(); ++i)
       if (modes[i].held == Held::Tied && modes_.first[at(modes_.source[i])].held == Held::Slides)
-        modes[i].d = sliding_direction(both[s]->first[at(modes_.source[i])]);
-    held_equations(both[s]->second, modes, both[s]->R, F[s]);
+        modes[i].d = sliding_direction(side.first[at(modes_.source[i])]);
+    held_equations(side.second, modes, side.R, F[s]);
   }
+  Vector dnu = dnu_q;
   if (modes_.two_stages()) {
-    const Vector rhs2 = -(F[0] - F[1]) / (2 * eps), dz2 = second_.solve(rhs2);
-    if (!(second_.miss(dz2, rhs2) < agree)) return "the constraints contradict each other on one side";
-    dnu = dz2.head(model_.nv());
+    rhs = -(F[0] - F[1]) / (2 * eps);
+    dz = second_.solve(rhs);
+    if (!(second_.miss(dz, rhs) < agree)) return odd;
+    dnu = dz.head(model_.nv());
   }
-  tangent.xi.col(j) = (displacement(model_, after, to[0]) - displacement(model_, after, to[1])) / (2 * eps);
+  for (std::size_t s = 0; s < 2; ++s) {
+    pair.x[s].nu = after.nu + (s == 0 ? eps : -eps) * dnu;
+    pair.x[s].winding = after.winding;
+  }
+  tangent.xi.col(j) =
+      (displacement(model_, after, pair.x[0]) - displacement(model_, after, pair.x[1])) / (2 * eps);
   tangent.nu.col(j) = dnu;
   return "";
 }
@@ -202,6 +229,7 @@ bool StepTangent::step(const State& before, const State& after, const StepFigure
   modes_.request = {.h = figures.h, .t_end = after.t, .max_correction_speed = max_correction_speed};
   if (!take_modes(before, after, missing)) return false;
   const StateTangent old = tangent;
+  pairs_.resize(sides.size());
   for (Eigen::Index j = 0; j < old.xi.cols(); ++j) {
     const std::string fault = column(before, after, sides[at(j)], j, old, tangent);
     if (fault.empty()) continue;

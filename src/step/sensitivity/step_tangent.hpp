@@ -1,6 +1,8 @@
 // The derivative of one implicit step.
 #pragma once
 
+#include <array>
+
 #include "step/run/step_record.hpp"
 #include "step/sensitivity/state_tangent.hpp"
 #include "step/sensitivity/step_side.hpp"
@@ -39,7 +41,18 @@ class StepTangent {
   const Model& model_;
   StartInstant start_;
   StepModes modes_;
-  StepSide here_, plus_, minus_;
+  StepSide here_;
+  /// A column's two neighbours, which go along from step to step as long as their models and half-width stay.
+  struct Pair {
+    std::array<StepSide, 2> sides;
+    std::array<State, 2> x;  // at the end of the last step
+    std::array<const Model*, 2> models{};
+    double eps = 0;
+    int steps = 0;  // taken since they were set to either side
+  };
+  bool set_out(const State& before, const ParameterSides& sides, const StateTangent& old, Eigen::Index j,
+               Pair& pair);
+  std::vector<Pair> pairs_;
   HeldSystem first_, second_;
   std::vector<Coupling> K_;
   double t_ = 0, speed_ = 0;
