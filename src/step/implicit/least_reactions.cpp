@@ -7,8 +7,9 @@
 namespace perp {
 
 void need_any_reactions(std::string_view method, const Model& model, Reactions reactions) {
+  if (reactions == Reactions::Any) return;
   const Contact* contact = model.contact_with_moments();
-  if (contact == nullptr || reactions == Reactions::Any) return;
+  if (contact == nullptr) return;
   refuse(method, "reactions", "minimum-norm",
          "is not known of torsion and rolling, which contact '" + contact->name + "' has");
 }
