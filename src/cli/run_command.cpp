@@ -8,6 +8,7 @@
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
 #include "cli/run_job.hpp"
+#include "cli/view_page.hpp"
 #include "io/machine.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/scene_file.hpp"
@@ -95,10 +96,17 @@ void check_times(const Scene& scene, RunRecipe& recipe) {
     refuse("perp run", "--every", static_cast<double>(recipe.every), "needs to be 1 or more");
 }
 
+/// The page is made from the tables.
+void need_tables(const RunRecipe& recipe) {
+  if (recipe.format != "csv")
+    refuse("perp run", "--view", "given beside --format " + recipe.format, "needs --format csv");
+}
+
 int new_run(const CLI::App& command, RunArguments& arguments) {
   RunRecord record;
   RunRecipe& recipe = record.recipe;
   recipe = arguments.recipe;
+  if (arguments.manner.view) need_tables(recipe);
   for (const char* needed : {"SCENE", "--method", "--out"})
     if (command.count(needed) == 0)
       refuse("perp run", needed, "not given", "needs to be there, or --resume OUT alone");
@@ -145,11 +153,15 @@ Scene scene_again(const RunRecipe& recipe, const std::string& folder) {
 int resume(const CLI::App& command, const RunArguments& arguments) {
   for (const CLI::Option* option : command.get_options())
     if (option->count() > 0 && !option->check_lname("resume") && !option->check_lname("budget") &&
-        !option->check_lname("quiet") && !option->check_lname("verbose"))
+        !option->check_lname("quiet") && !option->check_lname("verbose") && !option->check_lname("view"))
       refuse("perp run", option->get_name(), "given beside --resume",
              "needs to be left out: the folder says what is run");
   const RunRecord record = RunFolder::record_in(arguments.resume);
+  if (arguments.manner.view) need_tables(record.recipe);
   if (record.exit_status == Done) {
+    if (arguments.manner.view)
+      write_view({arguments.resume}, std::filesystem::path(arguments.resume) / "view.html",
+                 arguments.manner.quiet);
     if (!arguments.manner.quiet)
       std::printf("the run in %s is complete: %s\n", arguments.resume.c_str(), record.ended.c_str());
     return Done;
@@ -247,6 +259,8 @@ void add_run_command(CLI::App& perp, const std::vector<std::string>& command_lin
       ->check(finite_number())
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
+  command->add_flag("--view", manner.view,
+                    "when the run ends, write OUT/view.html too, the page that shows the motion (perp view)");
   command->add_flag("--quiet", manner.quiet, "print nothing but errors");
   command->add_flag("--verbose", manner.verbose, "print what the solver did in every step");
   command->callback([&status, arguments, command, command_line] {

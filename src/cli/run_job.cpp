@@ -8,6 +8,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/start_faults.hpp"
+#include "cli/view_page.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/instant/reduced_system.hpp"
 #include "perp/io/scene_file.hpp"
@@ -266,9 +267,11 @@ int run_into(const std::filesystem::path& folder, const RunRecord& record, const
     throw std::runtime_error(sentence_of(error) + "; the run had come to t = " + shortest(files.t()) +
                              " s, and rows are whole; " + goes_on);
   }
-  if (manner.quiet) return status;
-  summarise(scene, recipe, files, end, folder);
-  say_ambiguous(ambiguous);
+  if (!manner.quiet) {
+    summarise(scene, recipe, files, end, folder);
+    say_ambiguous(ambiguous);
+  }
+  if (manner.view) write_view({folder.string()}, folder / "view.html", manner.quiet);
   return status;
 }
 

@@ -11,6 +11,7 @@ struct RunManner {
   double budget = infinity;  ///< wall-clock seconds, after which it ends
   bool quiet = false;        ///< nothing but errors
   bool verbose = false;      ///< a line a step: what the solver did
+  bool view = false;         ///< the page of the run when it ends, however: OUT/view.html
 };
 
 /// Begins the run of `record` in `folder`, or takes it up at `restart`; `scene` is the recipe's. Returns the exit status; throws as the

@@ -2,6 +2,7 @@
 #include <unistd.h>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -9,13 +10,17 @@
 
 #include "cli/commands.hpp"
 #include "cli/parameters.hpp"
+#include "cli/run_job.hpp"
 #include "cli/study_map.hpp"
 #include "cli/sweep_arguments.hpp"
+#include "io/machine.hpp"
+#include "io/study_motion.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/study_files.hpp"
 #include "perp/io/study_folder.hpp"
 #include "perp/io/sweep.hpp"
 #include "perp/step/methods.hpp"
+#include "perp/version.hpp"
 
 namespace perp {
 namespace {
@@ -27,6 +32,7 @@ struct StudyArguments {
   std::vector<std::string> set, set_method, merge, maps;
   std::vector<double> tolerances;
   std::string folder, shard, velocity = "end", reference;
+  bool view = false;
 };
 
 /// I/N.
@@ -133,7 +139,7 @@ int map_of(const CLI::App& command, const StudyArguments& arguments) {
   if (request.scenes.size() != 1 || request.methods.empty())
     refuse("perp study", "--map", arguments.maps.front(), "needs one scene, and --methods");
   for (const char* option : {"--tolerances", "--edges", "--envelope", "--velocity", "--reference", "--shard",
-                             "--jobs", "--budget", "--sweep"})
+                             "--jobs", "--budget", "--sweep", "--view"})
     if (command.count(option) > 0) refuse("perp study", option, "given beside --map", "needs to be left out");
   AtlasRequest map{.scene = request.scenes.front(),
                    .methods = request.methods,
@@ -150,6 +156,32 @@ int map_of(const CLI::App& command, const StudyArguments& arguments) {
   if (request.steps.size() == 1)
     map.step = read_parameters("perp study", {"h=" + request.steps.front()}, "--steps").at("h");
   return study_map(map, arguments.folder);
+}
+
+/// The motions that the page links to. One that fails is said; the study goes on.
+void make_motions(const StudyRequest& request, const std::string& folder) {
+  for (const std::string& name : request.scenes) {
+    RunRecord record;
+    record.recipe = {.scene = name, .set = request.set};
+    record.recipe.folder = std::filesystem::current_path().string();
+    const Scene scene = read_scene_of(record.recipe);
+    const RunRecipe asked = motion_of(request, name, std::isnan(request.until) ? scene.t_end : request.until);
+    record.recipe.method = asked.method;
+    record.recipe.options = asked.options;
+    record.recipe.step = asked.step;
+    record.recipe.until = asked.until;
+    const std::filesystem::path place = motion_folder(folder, scene.name);
+    record.command = motion_command(asked, place);
+    for (const SceneParameter& p : scene.parameters) record.parameters[p.name] = p.value;
+    record.version = version;
+    record.build = build();
+    record.machine = computer();
+    try {
+      (void)run_into(place, record, scene, {.quiet = true, .view = true}, false);
+    } catch (const std::invalid_argument& error) {
+      std::fprintf(stderr, "perp: no motion of %s: %s\n", scene.name.c_str(), error.what());
+    }
+  }
 }
 
 int study(const CLI::App& command, StudyArguments& arguments) {
@@ -177,12 +209,13 @@ int study(const CLI::App& command, StudyArguments& arguments) {
   if (!arguments.shard.empty()) read_shard(arguments.shard, arguments.options);
   const bool terminal = isatty(STDERR_FILENO) != 0;
   if (terminal) arguments.options.progress = show_on_terminal;
-  for (const char* option : {"--set-method", "--reference"})
+  for (const char* option : {"--set-method", "--reference", "--view"})
     if (arguments.sweep.given() && command.count(option) > 0)
       refuse("perp study", option, "given beside --sweep", "needs to be left out");
   if (arguments.sweep.given())
     return run_sweep_command(command, arguments.sweep, arguments.request, arguments.options,
                              arguments.folder);
+  if (arguments.view) make_motions(arguments.request, arguments.folder);
   const StudyOutcome outcome = run_study(arguments.request, arguments.folder, arguments.options);
   if (terminal) std::fprintf(stderr, "\r\033[K");
   return report(outcome, arguments);
@@ -273,6 +306,8 @@ void add_study_command(CLI::App& perp, int& status) {
   command->add_option("--shard", arguments->shard, "make part I of N alone, for --merge")->type_name("I/N");
   command->add_option("--merge", arguments->merge, "folders of the shards to put together")
       ->type_name("DIR...");
+  command->add_flag("--view", arguments->view,
+                    "the motion of every scene too, which the page links to (perp view)");
   add_sweep_options(*command, arguments->sweep);
   command->callback([&status, command, arguments] { status = study(*command, *arguments); });
 }

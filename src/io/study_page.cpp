@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "io/study_motion.hpp"
 #include "perp/core/errors.hpp"
 #include "perp/io/study_files.hpp"
 #include "perp/version.hpp"
@@ -135,7 +136,29 @@ std::string remark(const StudyRun& run, const ConvergenceTable& table) {
   return run.failed ? "failed" : run.error_q <= table.bar_q && table.bar_q > 0 ? "within the bar" : "";
 }
 
-std::string scene_section(const ScenePlan& plan, const ConvergenceTable& table,
+/// A link to the motion where it is there, and in any case the command that makes it.
+std::string motion_line(const StudyRequest& request, const ScenePlan& plan, const std::string& asked,
+                        const std::filesystem::path& folder) {
+  const std::string name = plan.scene().name;
+  const std::filesystem::path place = motion_folder(folder, name);
+  std::string command;
+  for (const std::string& word : motion_command(motion_of(request, asked, plan.t_end()), place)) {
+    const bool plain =
+        word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_=+./,:") ==
+        std::string::npos;
+    std::string quoted = word;
+    for (std::size_t i = 0; !plain && (i = quoted.find('\'', i)) != std::string::npos; i += 4)
+      quoted.replace(i, 1, "'\\''");
+    command += (command.empty() ? "" : " ") + (plain ? word : "'" + quoted + "'");
+  }
+  const bool there = std::filesystem::exists(place / "view.html");
+  return "<p class=quiet>" +
+         (there ? "<a href=\"" + place.filename().string() + "/view.html\">The motion</a>, by"
+                : std::string("The motion:")) +
+         " <code>" + escaped(command) + "</code></p>\n";
+}
+
+std::string scene_section(const ScenePlan& plan, const ConvergenceTable& table, const std::string& motion,
                           const std::filesystem::path& folder) {
   const Scene& scene = plan.scene();
   const std::string name = chart_name(table.scene);
@@ -143,7 +166,7 @@ std::string scene_section(const ScenePlan& plan, const ConvergenceTable& table,
       "<h2 id=\"" + name + "\">" + escaped(table.scene) + "</h2>\n<p>" + escaped(scene.what) + "</p>\n";
   text += "<p class=quiet>T = " + shortest(plan.t_end()) + " s";
   for (const SceneParameter& p : scene.parameters) text += ", " + escaped(p.name) + " = " + shortest(p.value);
-  text += "; " + escaped(table.words) + "</p>\n<div class=charts>\n";
+  text += "; " + escaped(table.words) + "</p>\n" + motion + "<div class=charts>\n";
   for (const char* kind : {"-convergence", "-work"})
     text += picture(folder / (name + kind + ".svg"), name + kind);
   text += "</div>\n" + head({"method", "", "reference", "order", "expected", "order of velocity", "points",
@@ -207,7 +230,8 @@ std::string write_page(const StudyPage& page, const std::filesystem::path& folde
     text += " <a href=\"#" + chart_name(table.scene) + "\">" + escaped(table.scene) + "</a>";
   text += "</p>\n" + failures(page);
   for (std::size_t i = 0; i < page.scenes.size(); ++i)
-    text += scene_section(*page.scenes[i], page.outcome.tables[i], folder);
+    text += scene_section(*page.scenes[i], page.outcome.tables[i],
+                          motion_line(page.request, *page.scenes[i], page.request.scenes[i], folder), folder);
   text += "<h2>Machine</h2>\n";
   for (const std::string& machine : page.machines) text += "<p>" + escaped(machine) + "</p>\n";
   text +=

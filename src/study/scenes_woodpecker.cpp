@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "study/scene_parts.hpp"
+#include "study/woodpecker_sizes.hpp"
 
 namespace perp {
 
@@ -15,7 +16,9 @@ Scene woodpecker(Parameters& set) {
 
   // q = (height, angle of the sleeve M, angle of the bird S)
   const double m_M = 3e-4, J_M = 5e-9, m_S = 4.5e-3, J_S = 7e-7, c = 0.0056;
-  const double r_0 = 0.0025, r_M = 0.0031, h_M = 0.0058, l_M = 0.01, l_G = 0.015, h_S = 0.02, l_S = 0.0201;
+  const WoodpeckerSizes size;
+  const double r_0 = size.r_0, r_M = size.r_M, h_M = size.h_M;
+  const double l_M = size.l_M, l_G = size.l_G, h_S = size.h_S, l_S = size.l_S;
   Matrix M(3, 3);
   M << m_S + m_M, m_S * l_M, m_S * l_G,                   //
       m_S * l_M, J_M + m_S * l_M * l_M, m_S * l_M * l_G,  //

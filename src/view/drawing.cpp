@@ -6,6 +6,7 @@
 
 #include "core/index.hpp"
 #include "perp/instant/instant.hpp"
+#include "study/scene_picture.hpp"
 
 namespace perp {
 namespace {
@@ -24,10 +25,7 @@ std::string_view name_of(BodyMotion::Kind kind) {
 /// Bodies of the file that have a pose, in its order.
 void add_moving(const RecordedRun& run, Drawing& drawing) {
   for (const BodyMotion& motion : run.bodies) {
-    if (motion.kind == BodyMotion::Kind::Generalized) {
-      drawing.unseen.push_back(motion.name);
-      continue;
-    }
+    if (motion.kind == BodyMotion::Kind::Generalized) continue;
     DrawnBody& body = drawing.bodies.emplace_back();
     body.name = motion.name;
     body.kind = name_of(motion.kind);
@@ -74,6 +72,57 @@ void join_corners(std::vector<Solid>& solids) {
   solids.push_back(std::move(polygon));
 }
 
+/// What the scene itself says that a body looks like, in place of what was concluded.
+void add_parts(const Scene& scene, BodyId body, std::vector<Solid>& solids) {
+  bool first = true;
+  for (const ScenePart& part : picture_of(scene)) {
+    if (part.body != body || part.pose) continue;
+    if (first && body != ground)
+      std::erase_if(solids, [](const Solid& s) {
+        return s.kind == Solid::Kind::Stick || s.kind == Solid::Kind::Plane;
+      });
+    first = false;
+    for (std::size_t i = 0; i < part.shapes.size(); ++i)
+      solids.push_back(solid_of(part.shapes[i], part.poses[i]));
+  }
+}
+
+/// How a part of a generalized body moves: its velocity by central differences along the coordinates' rates.
+Moment moment_of(const ScenePart& part, const Vector& q, const Vector& v) {
+  constexpr double step = 1e-5;  // s: a part turns little within it, and positions lose half of their digits
+  const Pose X = part.pose(q), before = part.pose(q - step * v), after = part.pose(q + step * v);
+  return {X,
+          {(after.p - before.p) / (2 * step), rotation_vector(after.q * before.q.conjugate()) / (2 * step)}};
+}
+
+/// The parts of generalized bodies as bodies of their own; bodies that have none are left to plots.
+void add_generalized(const RecordedRun& run, Drawing& drawing) {
+  const std::vector<ScenePart> parts = run.scene ? picture_of(*run.scene) : std::vector<ScenePart>();
+  for (const BodyMotion& motion : run.bodies) {
+    if (motion.kind != BodyMotion::Kind::Generalized) continue;
+    bool seen = false;
+    const auto n = static_cast<Eigen::Index>(motion.freedoms);
+    for (const ScenePart& part : parts) {
+      if (!part.pose || run.scene->model.body(part.body).name != motion.name) continue;
+      seen = true;
+      DrawnBody& body = drawing.bodies.emplace_back();
+      body.name = motion.name + "." + part.name;
+      body.colour = static_cast<int>(drawing.bodies.size()) - 1;
+      body.t = run.t;
+      for (std::size_t i = 0; i < part.shapes.size(); ++i)
+        body.solids.push_back(solid_of(part.shapes[i], part.poses[i]));
+      body.kind =
+          std::all_of(part.shapes.begin(), part.shapes.end(), [](const Shape& s) { return s.planar(); })
+              ? "planar"
+              : "spatial";
+      for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(run.t.size()); ++i)
+        body.moments.push_back(moment_of(part, Eigen::Map<const Vector>(motion.q.data() + i * n, n),
+                                         Eigen::Map<const Vector>(motion.v.data() + i * n, n)));
+    }
+    if (!seen) drawing.unseen.push_back(motion.name);
+  }
+}
+
 /// Solids, joints, the ground and prescribed bodies, which only the scene knows.
 void add_scene(const RecordedRun& run, const Scene& scene, Drawing& drawing) {
   const Model& model = scene.model;
@@ -86,6 +135,7 @@ void add_scene(const RecordedRun& run, const Scene& scene, Drawing& drawing) {
     if (drawn != drawing.bodies.end()) {
       index[at(b)] = static_cast<int>(drawn - drawing.bodies.begin());
       drawn->solids = std::move(solids[at(b)]);
+      add_parts(scene, {b}, drawn->solids);
       if (body.kind == BodyKind::Prescribed) drawn->kind = "prescribed";
       if (body.kind == BodyKind::Planar) join_corners(drawn->solids);
       continue;
@@ -96,6 +146,7 @@ void add_scene(const RecordedRun& run, const Scene& scene, Drawing& drawing) {
     fixed.name = body.kind == BodyKind::Ground ? "ground" : body.name;
     fixed.kind = body.kind == BodyKind::Ground ? "ground" : "prescribed";
     fixed.solids = std::move(solids[at(b)]);
+    add_parts(scene, {b}, fixed.solids);
     State x = scene.start;
     if (body.kind == BodyKind::Prescribed)
       fixed.t = run.t;
@@ -162,44 +213,82 @@ void add_contact_points(const RecordedRun& run, const Scene& scene, Drawing& dra
     evaluate(model, x, instant);
     for (const ContactMoment& m : run.contacts[k]) {
       const int point = point_of[at(m.name)], i = point < 0 ? -1 : instant.contact_of_point[at(point)];
-      drawing.contact_points[k].push_back(i >= 0 ? instant.contacts[at(i)].position
-                                                 : Vector3::Constant(not_set));
+      // only its coordinates know where a generalized body's contact is
+      const bool somewhere = i >= 0 && !model.contact(instant.contacts[at(i)].contact).law.own;
+      drawing.contact_points[k].push_back(somewhere ? instant.contacts[at(i)].position
+                                                    : Vector3::Constant(not_set));
     }
   }
 }
 
-/// Centre and radius of what moves over the run, with its solids; bodies that stand still count where nothing moves.
-void measure(Drawing& drawing) {
+/// A box that grows.
+struct Extent {
   Vector3 low = Vector3::Constant(infinity), high = -low;
-  for (const bool moving : {true, false}) {
-    for (DrawnBody& body : drawing.bodies) {
-      const bool still = body.kind == "ground" || body.kind == "prescribed";
-      if (still == moving) continue;
-      double extent = 0;
-      for (const Solid& s : body.solids) extent = std::max(extent, s.place.p.norm() + extent_of(s));
-      if (still && extent == 0) continue;
-      const std::size_t stride = std::max<std::size_t>(1, body.moments.size() / 2000);
-      for (std::size_t i = 0; i < body.moments.size(); i += stride) {
-        low = low.cwiseMin(body.moments[i].X.p - Vector3::Constant(extent));
-        high = high.cwiseMax(body.moments[i].X.p + Vector3::Constant(extent));
-      }
+  void add(const Vector3& p, double margin = 0) {
+    low = low.cwiseMin(p - Vector3::Constant(margin));
+    high = high.cwiseMax(p + Vector3::Constant(margin));
+  }
+  void add(const Extent& other) { low = low.cwiseMin(other.low), high = high.cwiseMax(other.high); }
+  double diagonal() const { return low.allFinite() ? (high - low).norm() : 0; }
+};
+
+bool stands(const DrawnBody& body) { return body.kind == "ground" || body.kind == "prescribed"; }
+
+/// What the solids of the body, or its origin, pass over.
+Extent passed_over(const DrawnBody& body) {
+  std::vector<Outline> outlines;
+  for (const Solid& s : body.solids) outlines.push_back(outline_of(s));
+  Extent extent;
+  const std::size_t stride = std::max<std::size_t>(1, body.moments.size() / 500);
+  for (std::size_t i = 0; i < body.moments.size(); i += stride) {
+    const Pose& X = body.moments[i].X;
+    if (!stands(body)) extent.add(X.p);
+    for (const Outline& outline : outlines)
+      for (const Vector3& p : outline.points) extent.add(X * p, outline.margin);
+  }
+  return extent;
+}
+
+/// The box of what moves, over the whole run; of what stands where that is not far larger: the bowl of a marble, but not a floor's slab.
+void measure(Drawing& drawing) {
+  Extent all;
+  for (const DrawnBody& body : drawing.bodies)
+    if (!stands(body)) all.add(passed_over(body));
+  constexpr double larger = 3;
+  const double moving = all.diagonal();
+  for (const DrawnBody& body : drawing.bodies) {
+    if (!stands(body)) continue;
+    for (const Solid& solid : body.solids) {
+      DrawnBody one = body;
+      one.solids = {solid};
+      const Extent fixed = passed_over(one);
+      if (moving == 0 || fixed.diagonal() <= larger * moving) all.add(fixed);
     }
-    if (moving && (high - low).maxCoeff() > 0) break;
   }
   for (const DrawnJoint& joint : drawing.joints) {
     const DrawnBody& body = drawing.bodies[at(joint.body)];
-    for (const std::size_t i : {std::size_t{0}, body.moments.size() - 1}) {
-      const Vector3 p = body.moments[i].X * joint.anchor;
-      low = low.cwiseMin(p), high = high.cwiseMax(p);
-    }
+    for (const std::size_t i : {std::size_t{0}, body.moments.size() - 1})
+      all.add(body.moments[i].X * joint.anchor);
   }
-  if (!(high - low).allFinite()) return;
-  if (!((high - low).maxCoeff() > 0)) low.array() -= 1, high.array() += 1;
-  drawing.low = low, drawing.high = high;
-  drawing.centre = 0.5 * (low + high);
-  if (drawing.flat) low.z() = high.z() = 0;
-  const double radius = 0.5 * (high - low).norm();
-  drawing.radius = radius > 0 ? radius : 1;
+  if (!all.low.allFinite()) return;
+  if (drawing.flat) all.low.z() = all.high.z() = 0;
+  if (!(all.diagonal() > 0)) all.add(all.low, 1);
+  drawing.low = all.low, drawing.high = all.high;
+  drawing.centre = 0.5 * (all.low + all.high);
+  drawing.radius = 0.5 * all.diagonal();
+}
+
+/// Whether all that moves does so in the xy plane: planar bodies, and particles that nothing takes out of it.
+bool is_flat(const RecordedRun& run, const Drawing& drawing) {
+  const bool level = run.scene && run.scene->model.gravity().z() == 0;
+  const auto stays = [&](const DrawnBody& b) {
+    return b.kind == "planar" || stands(b) ||
+           (b.kind == "particle" && level &&
+            std::all_of(b.moments.begin(), b.moments.end(),
+                        [&](const Moment& m) { return m.X.p.z() == b.moments.front().X.p.z(); }));
+  };
+  return std::all_of(drawing.bodies.begin(), drawing.bodies.end(), stays) &&
+         !std::all_of(drawing.bodies.begin(), drawing.bodies.end(), stands);
 }
 
 }  // namespace
@@ -207,13 +296,12 @@ void measure(Drawing& drawing) {
 Drawing drawing_of(const RecordedRun& run) {
   Drawing drawing;
   add_moving(run, drawing);
-  drawing.flat =
-      !drawing.bodies.empty() && std::all_of(drawing.bodies.begin(), drawing.bodies.end(),
-                                             [](const DrawnBody& b) { return b.kind == "planar"; });
+  add_generalized(run, drawing);
   if (run.scene) {
     add_scene(run, *run.scene, drawing);
     add_contact_points(run, *run.scene, drawing);
   }
+  drawing.flat = is_flat(run, drawing);
   if (drawing.flat) drawing.up = Vector3::UnitY();
   measure(drawing);
   return drawing;

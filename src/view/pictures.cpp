@@ -51,10 +51,10 @@ Camera::~Camera() {
   fs::remove_all(folder_, ignored);
 }
 
-std::string Camera::picture(double t, const fs::path& png) const {
+std::string Camera::picture(double t, const fs::path& png, int width, int height) const {
   std::error_code failed;
   if (png.has_parent_path()) fs::create_directories(png.parent_path(), failed);
-  take_picture(browser_, page_, "bare&t=" + shortest(t), 800, 600, png);
+  take_picture(browser_, page_, "bare&t=" + shortest(t), width, height, png);
   return png.string();
 }
 

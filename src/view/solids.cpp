@@ -28,6 +28,10 @@ struct Arguments {
   Solid sphere(std::size_t i, Kind kind = Kind::Sphere) const {
     return {.kind = kind, .size = {number(i), 0, 0}};
   }
+  /// A corner: what is between it and the body's origin is all that is known of the body.
+  Solid stick(std::size_t i) const {
+    return {.kind = vector(i).isZero(0) ? Kind::Point : Kind::Stick, .size = vector(i)};
+  }
   Solid box(std::size_t i) const { return {.kind = Kind::Box, .size = vector(i)}; }
   Solid rectangle(std::size_t i) const { return {.kind = Kind::Box, .size = {number(i), number(i + 1), 0}}; }
 };
@@ -46,7 +50,7 @@ const std::map<std::string_view, Maker>& makers() {
        }},
       {"point_on_plane",
        [](const Arguments& x) {
-         return Pair{x.plane(3), {.kind = Kind::Stick, .size = x.vector(0)}};
+         return Pair{x.plane(3), x.stick(0)};
        }},
       {"capsule_on_plane",
        [](const Arguments& x) {
@@ -135,22 +139,86 @@ void add_superquadric(const Vector3& a, double e1, double e2, Solid& solid) {
     }
 }
 
-/// What a body's own shape looks like.
-Solid solid_of(const BodyShape& s) {
+bool same(const Solid& x, const Solid& y) {
+  return x.kind == y.kind && x.size == y.size && x.place.p == y.place.p &&
+         x.place.q.coeffs() == y.place.q.coeffs() && x.vertices == y.vertices;
+}
+
+void add(std::vector<Solid>& solids, Solid solid) {
+  const bool there =
+      std::any_of(solids.begin(), solids.end(), [&](const Solid& s) { return same(s, solid); });
+  if (!there) solids.push_back(std::move(solid));
+}
+
+/// The solid box that has a body's mass and inertia, along its principal axes: edges a of m/12 (b² + c²), ...
+Solid box_of_inertia(const Body& body) {
+  const Inertia inertia(body.mass, body.J);
+  const Vector3& I = inertia.principal_moments();
+  Vector3 size;
+  for (int i = 0; i < 3; ++i)
+    size[i] = std::sqrt(std::max(0.0, 6 / body.mass * (I[(i + 1) % 3] + I[(i + 2) % 3] - I[i])));
+  return {.kind = Kind::Box, .place = {Vector3::Zero(), Quaternion(inertia.principal_axes())}, .size = size};
+}
+
+/// The joints that a body turns about, in its axes: of one that slides along a guide no point is its own.
+std::vector<Vector3> pivots_of(const Model& model, BodyId body) {
+  std::vector<Vector3> pivots;
+  for (const JointGeometry& joint : model.joints()) {
+    if (joint.kind == JointKind::Prismatic) continue;
+    if (joint.a == body) pivots.push_back(joint.anchor_a);
+    if (joint.b == body) pivots.push_back(joint.anchor_b);
+  }
+  return pivots;
+}
+
+/// Sticks from the body's origin to its joints where these are not on its solids.
+void add_links(const Model& model, BodyId body, std::vector<Solid>& solids) {
+  const std::size_t own = solids.size();
+  for (const Vector3& p : pivots_of(model, body)) {
+    const bool held = std::any_of(solids.begin(), solids.begin() + static_cast<std::ptrdiff_t>(own),
+                                  [&](const Solid& s) { return (p - s.place.p).norm() <= extent_of(s); });
+    if (!held && !p.isZero(0)) add(solids, {.kind = Kind::Stick, .size = p});
+  }
+}
+
+/// The box of the inertia of a body that is not a link between joints: of a top, of a pad on a guide, of a body that flies.
+void add_box(const Model& model, BodyId id, std::vector<Solid>& solids) {
+  const Body& body = model.body(id);
+  const std::vector<Vector3> pivots = pivots_of(model, id);
+  if (body.kind != BodyKind::Spatial || pivots.size() > 1) return;
+  const Solid box = box_of_inertia(body);
+  constexpr double stout = 1.2;  // a box that reaches further is that of a link whose mass is along it
+  const double reach = pivots.empty() ? infinity : pivots[0].norm();
+  if (reach == 0 || extent_of(box) <= stout * reach) add(solids, box);
+}
+
+/// Whether a picture of the solid alone shows where its body is.
+bool shows_a_body(const Solid& s) { return s.kind != Kind::Plane; }
+
+}  // namespace
+
+std::string_view name_of(Solid::Kind kind) {
+  constexpr std::string_view names[] = {
+      "sphere",    "hollow_sphere", "box",   "capsule", "cylinder", "hollow_cylinder", "disc",
+      "ellipsoid", "plane",         "point", "stick",   "ellipse",  "polygon",         "polyhedron"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+Solid solid_of(const Shape& shape, const Pose& pose) {
   using Of = Shape::Kind;
-  const std::vector<double>& x = s.shape.sizes();
+  const std::vector<double>& x = shape.sizes();
   const auto with = [&](Kind kind, const Vector3& size = Vector3::Zero()) {
-    return Solid{.kind = kind, .place = s.pose, .size = size};
+    return Solid{.kind = kind, .place = pose, .size = size};
   };
   const auto round = [&](Kind kind) { return with(kind, {x[0], x.size() > 1 ? x[1] : 0, 0}); };
-  switch (s.shape.kind()) {
+  switch (shape.kind()) {
     case Of::Sphere:
       return round(Kind::Sphere);
     case Of::HalfSpace:
       return with(Kind::Plane);
     case Of::Line: {
       Solid plane = with(Kind::Plane);
-      plane.place = s.pose * Pose{Vector3::Zero(), rotation({-0.5 * 3.14159265358979323846, 0, 0})};
+      plane.place = pose * Pose{Vector3::Zero(), rotation({-0.5 * 3.14159265358979323846, 0, 0})};
       return plane;
     }
     case Of::Box:
@@ -183,37 +251,10 @@ Solid solid_of(const BodyShape& s) {
     case Of::Polygon:
       break;
   }
-  Solid solid = with(s.shape.planar() ? Kind::Polygon : Kind::Polyhedron);
-  solid.vertices = s.shape.vertices();
-  solid.faces = s.shape.faces();
+  Solid solid = with(shape.planar() ? Kind::Polygon : Kind::Polyhedron);
+  solid.vertices = shape.vertices();
+  solid.faces = shape.faces();
   return solid;
-}
-
-bool same(const Solid& x, const Solid& y) {
-  return x.kind == y.kind && x.size == y.size && x.place.p == y.place.p &&
-         x.place.q.coeffs() == y.place.q.coeffs() && x.vertices == y.vertices;
-}
-
-void add(std::vector<Solid>& solids, Solid solid) {
-  const bool there =
-      std::any_of(solids.begin(), solids.end(), [&](const Solid& s) { return same(s, solid); });
-  if (!there) solids.push_back(std::move(solid));
-}
-
-/// Sticks between the joints of a body that has no solids, or from its origin to its only one.
-void add_links(const Model& model, BodyId body, std::vector<Solid>& solids) {
-  for (const JointGeometry& joint : model.joints())
-    for (const auto& [id, anchor] : {std::pair(joint.a, joint.anchor_a), std::pair(joint.b, joint.anchor_b)})
-      if (id == body && !anchor.isZero(0)) add(solids, {.kind = Kind::Stick, .size = anchor});
-}
-
-}  // namespace
-
-std::string_view name_of(Solid::Kind kind) {
-  constexpr std::string_view names[] = {
-      "sphere",    "hollow_sphere", "box",   "capsule", "cylinder", "hollow_cylinder", "disc",
-      "ellipsoid", "plane",         "point", "stick",   "ellipse",  "polygon",         "polyhedron"};
-  return names[static_cast<std::size_t>(kind)];
 }
 
 std::vector<std::vector<Solid>> solids_of(const Model& model) {
@@ -230,31 +271,69 @@ std::vector<std::vector<Solid>> solids_of(const Model& model) {
     add(solids[static_cast<std::size_t>(contact.a.index)], pair.a);
     add(solids[static_cast<std::size_t>(contact.b.index)], pair.b);
   }
-  for (const BodyShape& s : model.shapes()) add(solids[static_cast<std::size_t>(s.body.index)], solid_of(s));
-  for (int b = 1; b < static_cast<int>(solids.size()); ++b)
-    if (solids[static_cast<std::size_t>(b)].empty())
-      add_links(model, {b}, solids[static_cast<std::size_t>(b)]);
+  for (const BodyShape& s : model.shapes())
+    add(solids[static_cast<std::size_t>(s.body.index)], solid_of(s.shape, s.pose));
+  for (int b = 1; b < static_cast<int>(solids.size()); ++b) {
+    std::vector<Solid>& own = solids[static_cast<std::size_t>(b)];
+    if (std::none_of(own.begin(), own.end(), shows_a_body)) add_box(model, {b}, own);
+    add_links(model, {b}, own);
+  }
   return solids;
 }
 
-double extent_of(const Solid& solid) {
+Outline outline_of(const Solid& solid) {
+  const auto corners = [&](const Vector3& half) {
+    std::vector<Vector3> all;
+    for (int k = 0; k < 8; ++k)
+      all.emplace_back(half.x() * (k & 1 ? 1 : -1), half.y() * (k & 2 ? 1 : -1), half.z() * (k & 4 ? 1 : -1));
+    return all;
+  };
+  const Vector3 across(solid.size.x(), solid.size.x(), 0);  // of what is round about z
+  Outline outline;
   switch (solid.kind) {
     case Kind::Plane:
+      break;
     case Kind::Point:
-      return 0;
+      outline.points = {Vector3::Zero()};
+      break;
+    case Kind::Stick:
+      outline.points = {Vector3::Zero(), solid.size};
+      break;
+    case Kind::Sphere:
+    case Kind::HollowSphere:
+      outline = {{Vector3::Zero()}, solid.size.x()};
+      break;
     case Kind::Box:
-      return solid.size.norm() / 2;
+      outline.points = corners(0.5 * solid.size);
+      break;
+    case Kind::Ellipsoid:
+    case Kind::Ellipse:
+      outline.points = corners(solid.size);
+      break;
     case Kind::Capsule:
-      return solid.size.x() + solid.size.y() / 2;
+      outline = {{{0, 0, -0.5 * solid.size.y()}, {0, 0, 0.5 * solid.size.y()}}, solid.size.x()};
+      break;
+    case Kind::Cylinder:
+    case Kind::HollowCylinder:
+      outline.points = corners(across + Vector3(0, 0, 0.5 * solid.size.y()));
+      break;
+    case Kind::Disc:
+      outline.points = corners(across);
+      break;
     case Kind::Polygon:
-    case Kind::Polyhedron: {
-      double most = 0;
-      for (const Vector3& v : solid.vertices) most = std::max(most, v.norm());
-      return most;
-    }
-    default:
-      return solid.size.cwiseAbs().maxCoeff();
+    case Kind::Polyhedron:
+      outline.points = solid.vertices;
+      break;
   }
+  for (Vector3& p : outline.points) p = solid.place * p;
+  return outline;
+}
+
+double extent_of(const Solid& solid) {
+  double most = 0;
+  const Outline outline = outline_of({.kind = solid.kind, .size = solid.size, .vertices = solid.vertices});
+  for (const Vector3& p : outline.points) most = std::max(most, p.norm() + outline.margin);
+  return most;
 }
 
 }  // namespace perp

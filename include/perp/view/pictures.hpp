@@ -18,8 +18,8 @@ class Camera {
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
 
-  /// The scene at time t, 800 x 600 pixels; the file's name.
-  std::string picture(double t, const std::filesystem::path& png) const;
+  /// The scene at time t; the file's name.
+  std::string picture(double t, const std::filesystem::path& png, int width = 800, int height = 600) const;
   /// `count` views over the run as one SVG with times and a scale bar; the file's name.
   std::string strip(int count, const std::filesystem::path& svg) const;
 

@@ -44,11 +44,21 @@ struct Solid {
 
 [[nodiscard]] std::string_view name_of(Solid::Kind kind);  ///< "sphere", "hollow_sphere", ...
 
-/// The solids of every body of the model (the ground's first): its shapes, and those that its contacts' gaps are between, each once; where a
-/// body has none, sticks from its origin to its joints. A body that has neither gets an empty list, and is drawn as its axes.
+[[nodiscard]] Solid solid_of(const Shape& shape, const Pose& pose);
+
+/// The solids of every body of the model (the ground's first): its shapes, and those that its contacts' gaps are between, each once. Where
+/// these do not show a body, sticks from its origin to its joints; of a spatial body with one joint or none also the box that has its mass
+/// and inertia. A body that has nothing of these gets an empty list, and is drawn as its axes.
 [[nodiscard]] std::vector<std::vector<Solid>> solids_of(const Model& model);
 
-/// Half of the longest of a solid's edges, as a measure of it; zero of planes, dots.
+/// What holds a solid: the convex hull of `points`, in its body's axes, with `margin` around it. No points of what has no end.
+struct Outline {
+  std::vector<Vector3> points;
+  double margin = 0;  ///< [m]
+};
+[[nodiscard]] Outline outline_of(const Solid& solid);
+
+/// How far a solid reaches from its own origin [m]; zero of planes, dots.
 [[nodiscard]] double extent_of(const Solid& solid);
 
 }  // namespace perp

@@ -44,26 +44,40 @@ function hermite(y0, d0, y1, d1, s, h) {
   const s2 = s * s, s3 = s2 * s;
   return (2 * s3 - 3 * s2 + 1) * y0 + (s3 - 2 * s2 + s) * h * d0 + (3 * s2 - 2 * s3) * y1 + (s3 - s2) * h * d1;
 }
-function quaternion_rate(q, w) {  // half (0, w) q, w in world axes
-  const [a, b, c, d] = q, [x, y, z] = w;
-  return [-(x * b + y * c + z * d) / 2, (x * a + y * d - z * c) / 2, (y * a + z * b - x * d) / 2, (z * a + x * c - y * b) / 2];
+// Component k of half (0, w) q, w in world axes: of the quaternion at q[i] and the vector at w[j].
+function quaternion_rate(q, i, w, j, k) {
+  const a = q[i], b = q[i + 1], c = q[i + 2], d = q[i + 3], x = w[j], y = w[j + 1], z = w[j + 2];
+  return (k === 0 ? -(x * b + y * c + z * d) : k === 1 ? x * a + y * d - z * c : k === 2 ? y * a + z * b - x * d : z * a + x * c - y * b) / 2;
 }
 function slice(a, i, n) { return Array.prototype.slice.call(a, i * n, i * n + n); }
+// Position and quaternion of the body at t into out[0..6]: nothing is allocated, for frames of a thousand bodies.
+function pose_into(body, t, out) {
+  const { p, q, v, w } = body, i = before(body.t, t);
+  const whole = i === body.t.length - 1 || t <= body.t[0] || body.t[i] === t;
+  if (whole) {
+    for (let k = 0; k < 3; ++k) out[k] = p[3 * i + k];
+    for (let k = 0; k < 4; ++k) out[3 + k] = q[4 * i + k];
+    return;
+  }
+  const h = body.t[i + 1] - body.t[i], s = (t - body.t[i]) / h, a = 4 * i, b = a + 4, c = 3 * i, d = c + 3;
+  for (let k = 0; k < 3; ++k) out[k] = hermite(p[c + k], v[c + k], p[d + k], v[d + k], s, h);
+  const sign = q[a] * q[b] + q[a + 1] * q[b + 1] + q[a + 2] * q[b + 2] + q[a + 3] * q[b + 3] < 0 ? -1 : 1;
+  let length = 0;
+  for (let k = 0; k < 4; ++k) {
+    const rate_a = quaternion_rate(q, a, w, c, k), rate_b = sign * quaternion_rate(q, b, w, d, k);
+    out[3 + k] = hermite(q[a + k], rate_a, sign * q[b + k], rate_b, s, h);
+    length += out[3 + k] * out[3 + k];
+  }
+  length = Math.sqrt(length);
+  for (let k = 3; k < 7; ++k) out[k] /= length;
+}
+const one_pose = new Float64Array(7);
 function pose_of(body, t) {
-  const i = before(body.t, t), last = body.t.length - 1;
-  const row = k => ({ position: slice(body.p, k, 3), orientation: slice(body.q, k, 4), velocity: slice(body.v, k, 3),
-    angular_velocity: slice(body.w, k, 3) });
-  if (i === last || t <= body.t[0] || body.t[i] === t) return row(i);
-  const h = body.t[i + 1] - body.t[i], s = (t - body.t[i]) / h, a = row(i), b = row(i + 1);
-  let q1 = b.orientation;
-  if (a.orientation.reduce((sum, x, k) => sum + x * q1[k], 0) < 0) q1 = q1.map(x => -x);
-  const ra = quaternion_rate(a.orientation, a.angular_velocity), rb = quaternion_rate(q1, b.angular_velocity);
-  let q = a.orientation.map((x, k) => hermite(x, ra[k], q1[k], rb[k], s, h));
-  const length = Math.hypot(...q);
-  const blend = (x, y) => x.map((v, k) => v + s * (y[k] - v));
-  return { position: a.position.map((x, k) => hermite(x, a.velocity[k], b.position[k], b.velocity[k], s, h)),
-    orientation: q.map(x => x / length), velocity: blend(a.velocity, b.velocity),
-    angular_velocity: blend(a.angular_velocity, b.angular_velocity) };
+  pose_into(body, t, one_pose);
+  const i = before(body.t, t), j = Math.min(i + 1, body.t.length - 1), h = body.t[j] - body.t[i];
+  const s = h > 0 ? Math.max(0, Math.min(1, (t - body.t[i]) / h)) : 0;
+  const blend = a => [0, 1, 2].map(k => a[3 * i + k] + s * (a[3 * j + k] - a[3 * i + k]));
+  return { position: slice(one_pose, 0, 3), orientation: Array.from(one_pose.subarray(3)), velocity: blend(body.v), angular_velocity: blend(body.w) };
 }
 function value_of(series, t) {
   if (series.t.length === 0) return NaN;
@@ -98,6 +112,7 @@ const palette = ['#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00
 const colour_of = i => palette[i % palette.length];
 const arrows = { normal: '#0050c8', friction: '#d0021b' };
 const flat = data.flat, radius = data.radius, centre = data.centre;
+const many = main.bodies.length > 100;  // then corners and pixels are spared
 const shown = { contacts: true, forces: true, joints: true, trails: false, labels: main.bodies.length <= 13, axes: false, ghost: true };
 let three = null;  // renderer, camera, ...; null without WebGL
 
@@ -121,7 +136,24 @@ function two_shades(geometry, shade) {
     c.fill(light, 3 * f, 3 * f + 9);
   }
   g.setAttribute('color', new THREE.BufferAttribute(c, 3));
-  return g;
+  return many ? shared_corners(g) : g;
+}
+// The same triangles with equal corners stored once: a renderer without a GPU spends most on corners.
+function shared_corners(g) {
+  const names = ['position', 'normal', 'color'], kept = { position: [], normal: [], color: [] }, index = [], at = new Map();
+  for (let i = 0; i < g.attributes.position.count; ++i) {
+    const corner = names.map(n => Array.from(g.attributes[n].array.subarray(3 * i, 3 * i + 3), x => Math.round(1e5 * x) + 0));
+    const key = corner.join();
+    if (!at.has(key)) {
+      at.set(key, at.size);
+      for (const n of names) kept[n].push(...g.attributes[n].array.subarray(3 * i, 3 * i + 3));
+    }
+    index.push(at.get(key));
+  }
+  const out = new THREE.BufferGeometry();
+  for (const n of names) out.setAttribute(n, new THREE.BufferAttribute(new Float32Array(kept[n]), 3));
+  out.setIndex(index);
+  return out;
 }
 function flat_polygon(points, depth) {
   const shape = new THREE.Shape(points.map(p => new THREE.Vector2(p[0], p[1])));
@@ -137,18 +169,18 @@ function capsule(r, length) {
 }
 // Geometry of unit size where it may be scaled, with the scale; one geometry serves all solids of its key.
 const thin = 0.012 * radius;
-const ball = () => main.bodies.length > 100 ? new THREE.SphereBufferGeometry(1, 16, 10) : new THREE.SphereBufferGeometry(1, 40, 24);
+const ball = fine => many ? new THREE.SphereBufferGeometry(1, 12, 8) : fine ? new THREE.SphereBufferGeometry(1, 128, 80) : new THREE.SphereBufferGeometry(1, 40, 24);
 const solids = {
-  sphere: s => ['sphere', () => two_shades(ball(), true), [s.size[0], s.size[0], s.size[0]]],
-  hollow_sphere: s => ['hollow', () => new THREE.SphereBufferGeometry(1, 32, 20), [s.size[0], s.size[0], s.size[0]]],
+  sphere: s => [s.size[0] > 0.6 * radius ? 'fine' : 'sphere', () => two_shades(ball(s.size[0] > 0.6 * radius), true), [s.size[0], s.size[0], s.size[0]]],
+  hollow_sphere: s => ['hollow', () => new THREE.SphereBufferGeometry(1, 96, 60), [s.size[0], s.size[0], s.size[0]]],
   box: s => ['box', () => two_shades(new THREE.BoxBufferGeometry(1, 1, 1), false), [s.size[0], s.size[1], s.size[2] || 4 * thin]],
   ellipsoid: s => ['sphere', () => two_shades(ball(), true), s.size],
   capsule: s => ['capsule ' + s.size, () => two_shades(capsule(s.size[0], s.size[1]), true), [1, 1, 1]],
   cylinder: s => ['cylinder', () => two_shades(new THREE.CylinderBufferGeometry(1, 1, 1, 32).rotateX(Math.PI / 2), true), [s.size[0], s.size[0], s.size[1]]],
   disc: s => ['cylinder', () => two_shades(new THREE.CylinderBufferGeometry(1, 1, 1, 32).rotateX(Math.PI / 2), true), [s.size[0], s.size[0], flat ? 4 * thin : 0.04 * s.size[0]]],
   ellipse: s => ['cylinder', () => two_shades(new THREE.CylinderBufferGeometry(1, 1, 1, 32).rotateX(Math.PI / 2), true), [s.size[0], s.size[1], 4 * thin]],
-  hollow_cylinder: s => ['tube', () => flat ? new THREE.RingBufferGeometry(1, 1.02, 96) : new THREE.CylinderBufferGeometry(1, 1, 1, 64, 1, true).rotateX(Math.PI / 2), [s.size[0], s.size[0], s.size[1] || (flat ? 6 * thin : 2 * radius)]],
-  point: s => ['sphere', () => two_shades(ball(), true), [2 * thin, 2 * thin, 2 * thin]],
+  hollow_cylinder: s => ['tube', () => flat ? new THREE.RingBufferGeometry(1, 1.02, 96) : new THREE.CylinderBufferGeometry(1, 1, 1, 128, 1, true).rotateX(Math.PI / 2), [s.size[0], s.size[0], s.size[1] || (flat ? 6 * thin : 2 * radius)]],
+  point: s => ['sphere', () => two_shades(ball(), true), [3 * thin, 3 * thin, 3 * thin]],
   polygon: s => ['polygon ' + s.vertices, () => two_shades(flat_polygon(s.vertices, 4 * thin), false), [1, 1, 1]],
   polyhedron: s => ['polyhedron ' + s.vertices, () => {
     const g = new THREE.BufferGeometry(), corners = [];
@@ -205,20 +237,26 @@ function make_planes(run) {
       .multiply(local_matrix(s, [1, 1, 1]));
     const group = new THREE.Group();
     const inverse = new THREE.Matrix4().getInverse(X), mid = new THREE.Vector3(...centre).applyMatrix4(inverse);
-    const half = 1.6 * radius, cells = 16;
+    // a plane that moves reaches as far as the scene's middle goes on it
+    let goes = 0;
+    for (let i = 0; i < body.t.length; i += Math.ceil(body.t.length / 50)) {
+      const p = new THREE.Vector3(...centre).applyMatrix4(new THREE.Matrix4().getInverse(matrix_of(pose_of(body, body.t[i])).multiply(local_matrix(s, [1, 1, 1]))));
+      goes = Math.max(goes, Math.hypot(p.x - mid.x, p.y - mid.y));
+    }
+    const half = 1.6 * radius + goes, cells = Math.min(60, 2 * Math.ceil(half / (0.2 * radius)));
     if (flat) {
-      const g = new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(0, -half, 0), new THREE.Vector3(0, half, 0)]);
-      // in a planar scene the plane's z axis lies in the xy plane, and the line across it is drawn
+      // in a planar scene the plane's z axis lies in the xy plane, and the line across it is drawn, hatched on the solid side
       const n = new THREE.Vector3(0, 0, 1).transformDirection(X), o = new THREE.Vector3(0, 0, 0).applyMatrix4(X);
       const d = new THREE.Vector3(-n.y, n.x, 0), along = new THREE.Vector3(...centre).sub(o).dot(d);
       o.addScaledVector(d, along);
-      g.setFromPoints([o.clone().addScaledVector(d, -2 * half), o.clone().addScaledVector(d, 2 * half)]);
-      group.add(new THREE.Line(g, new THREE.LineBasicMaterial({ color: '#333' })));
-      for (let k = -40; k <= 40; ++k) {  // hatching on the solid side
+      const hatching = [];
+      for (let k = -40; k <= 40; ++k) {
         const p = o.clone().addScaledVector(d, k * half / 20);
-        const h = new THREE.BufferGeometry().setFromPoints([p, p.clone().addScaledVector(n, -half / 28).addScaledVector(d, -half / 28)]);
-        group.add(new THREE.Line(h, new THREE.LineBasicMaterial({ color: '#888' })));
+        hatching.push(p, p.clone().addScaledVector(n, -half / 28).addScaledVector(d, -half / 28));
       }
+      const edge = [o.clone().addScaledVector(d, -2 * half), o.clone().addScaledVector(d, 2 * half)];
+      for (const [points, color] of [[edge, '#333'], [hatching, '#888']])
+        group.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color })));
       three.scene.add(group);
       continue;
     }
@@ -237,8 +275,9 @@ function make_axes(run) {  // of bodies without solids: three short lines
   run.bodies.forEach((body, i) => {
     if (body.kind === 'ground') return;
     const bare = body.solids.length === 0;
-    const size = bare ? 0.12 * radius : Math.max(0.1 * radius, 1.3 * body.extent);
+    const size = bare ? 0.15 * radius : Math.max(0.1 * radius, 1.3 * body.extent);
     const axes = new THREE.AxesHelper(size);
+    if (bare) axes.add(new THREE.Mesh(new THREE.BoxBufferGeometry(5 * thin, 5 * thin, 5 * thin), new THREE.MeshLambertMaterial({ color: colour_of(body.colour) })));
     three.scene.add(axes);
     three.axes.push({ axes, body: i, bare });
   });
@@ -259,21 +298,21 @@ function make_joints(run) {
     three.joints.push({ group, body: joint.a, local });
   }
 }
-const most_markers = 4000;
+const most_markers = 4000, longest = 0.7 * radius;
 function make_contacts() {
   const instanced = (geometry, colour) => {
-    const mesh = new THREE.InstancedMesh(geometry, new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true }), most_markers);
+    const mesh = new THREE.InstancedMesh(geometry, new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true, blending: THREE.NoBlending, side: THREE.DoubleSide }), most_markers);
     mesh.frustumCulled = false;
     mesh.count = 0;
     mesh.renderOrder = 3;
     three.scene.add(mesh);
     return mesh;
   };
-  const r = 0.014 * radius;
-  const ring = new THREE.TorusBufferGeometry(r, 0.35 * r, 6, 14);
+  const r = 0.014 * radius * (many ? 0.45 : 1);
+  const ring = many ? new THREE.RingBufferGeometry(0.7 * r, 1.3 * r, 10) : new THREE.TorusBufferGeometry(r, 0.35 * r, 6, 14);
   three.marks = { k: instanced(new THREE.BoxBufferGeometry(1.6 * r, 1.6 * r, 1.6 * r), '#222'), p: instanced(ring, '#222') };
-  const head = new THREE.ConeBufferGeometry(1.1 * r, 3 * r, 10).translate(0, -1.5 * r, 0);
-  const shaft = new THREE.CylinderBufferGeometry(0.4 * r, 0.4 * r, 1, 6).translate(0, 0.5, 0);
+  const head = new THREE.ConeBufferGeometry(1.1 * r, 3 * r, many ? 5 : 10).translate(0, -1.5 * r, 0);
+  const shaft = new THREE.CylinderBufferGeometry(0.4 * r, 0.4 * r, 1, many ? 4 : 6, 1, many).translate(0, 0.5, 0);
   for (const kind of ['normal', 'friction'])
     three.arrows[kind] = { head: instanced(head, arrows[kind]), shaft: instanced(shaft, arrows[kind]) };
   three.head = 3 * r;
@@ -295,12 +334,20 @@ function first_view() {
   three.target.copy(c);
   camera.up.copy(flat ? new THREE.Vector3(0, 1, 0) : up);
   const corners = [];
-  for (let k = 0; k < 8; ++k) corners.push(new THREE.Vector3(...[0, 1, 2].map(i => data.box[k >> i & 1][i])));
+  const room = main.contacts && main.contacts.t.length > 0 ? 0.08 * radius : 0;  // for arrows
+  for (let k = 0; k < 8; ++k) corners.push(new THREE.Vector3(...[0, 1, 2].map(i => data.box[k >> i & 1][i] + (k >> i & 1 ? room : -room))));
   const away = new THREE.Vector3(0, 0, 1);
   if (!flat) {
     const side = Math.abs(up.x) < 0.9 ? new THREE.Vector3(1, 0, 0) : new THREE.Vector3(0, 1, 0);
     const right = side.addScaledVector(up, -side.dot(up)).normalize(), forth = new THREE.Vector3().crossVectors(up, right);
-    away.set(0, 0, 0).addScaledVector(right, 0.55).addScaledVector(forth, -1.75).addScaledVector(up, 0.8).normalize();
+    // of four sides the first from which most floors are seen from above
+    const floors = three.planes.map(p => new THREE.Vector3(0, 0, 1).transformDirection(p.group.matrix)).filter(n => n.dot(up) > 0.3);
+    let most = -1;
+    for (const [x, y] of [[0.55, -1.75], [1.75, 0.55], [-1.75, -0.55], [-0.55, 1.75]]) {
+      const side = new THREE.Vector3().addScaledVector(right, x).addScaledVector(forth, y).addScaledVector(up, 0.8).normalize();
+      const seen = floors.filter(n => n.dot(side) > 0.15).length;
+      if (seen > most) { most = seen; away.copy(side); }
+    }
   }
   // the least distance, or span, from which the box of all that moves is seen whole
   let low = 0.01 * radius, high = 20 * radius;
@@ -360,7 +407,7 @@ function zoom(factor) {
 
 function make_three() {
   const canvas = $('scene');
-  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: !many, preserveDrawingBuffer: true });
   renderer.setClearColor('#f4f6f8');
   const camera = flat ? new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01 * radius, 100 * radius)
     : new THREE.PerspectiveCamera(40, 1, 0.01 * radius, 200 * radius);
@@ -403,11 +450,23 @@ let now = t0;
 function matrix_of(pose) {
   return new THREE.Matrix4().compose(new THREE.Vector3(...pose.position), quaternion(pose.orientation), new THREE.Vector3(1, 1, 1));
 }
+// The matrices of all bodies of the run now; made once, filled for every frame.
+function matrices_now(run) {
+  if (!run.matrices) run.matrices = run.bodies.map(() => new THREE.Matrix4());
+  const place = new THREE.Vector3(), turn = new THREE.Quaternion(), one = new THREE.Vector3(1, 1, 1), o = one_pose;
+  run.bodies.forEach((body, i) => {
+    if (body.t.length === 1 && body.placed) return;
+    body.placed = true;
+    pose_into(body, now, o);
+    run.matrices[i].compose(place.set(o[0], o[1], o[2]), turn.set(o[4], o[5], o[6], o[3]), one);
+  });
+  return run.matrices;
+}
 function draw_scene() {
   const product = new THREE.Matrix4();
   let poses = null;
   data.runs.forEach((run, r) => {
-    const matrices = run.bodies.map(b => matrix_of(pose_of(b, now)));
+    const matrices = matrices_now(run);
     if (r === 0) poses = matrices;
     for (const { mesh, of } of three.bodies[r]) {
       mesh.visible = r === 0 || shown.ghost;
@@ -448,13 +507,18 @@ function draw_contacts() {
   const counts = { k: 0, p: 0, normal: 0, friction: 0 };
   const c = main.contacts, m = new THREE.Matrix4(), one = new THREE.Vector3(1, 1, 1), z = new THREE.Vector3(0, 0, 1), y = new THREE.Vector3(0, 1, 0);
   const arrow = (kind, at, force) => {
-    const length = force.length() * data.metres_per_newton;
+    const asked = force.length() * data.metres_per_newton, length = Math.min(asked, longest);
     if (!(length > 0.25 * three.head) || counts[kind] >= most_markers) return;
     const q = new THREE.Quaternion().setFromUnitVectors(y, force.clone().normalize());
     const { head, shaft } = three.arrows[kind], k = counts[kind]++;
-    const tip = at.clone().addScaledVector(force, data.metres_per_newton);
+    const along = force.clone().normalize(), tip = at.clone().addScaledVector(along, length);
     head.setMatrixAt(k, m.compose(tip, q, one));
     shaft.setMatrixAt(k, m.compose(at, q, new THREE.Vector3(1, Math.max(length - three.head, 1e-9), 1)));
+    if (asked > length && counts[kind] < most_markers) {  // cut short: a second head says so
+      const j = counts[kind]++;
+      head.setMatrixAt(j, m.compose(tip.addScaledVector(along, -1.3 * three.head), q, one));
+      shaft.setMatrixAt(j, m.makeScale(0, 0, 0));
+    }
   };
   if (c && c.t.length > 0 && (shown.contacts || shown.forces)) {
     // a row is about the step that ends at its time
@@ -485,13 +549,15 @@ function project(p) {  // world -> pixels of the stage
 }
 const labels = [];
 function draw_labels(poses) {
+  $('labels').hidden = !shown.labels;
+  if (!shown.labels) return;
   const taken = [];
   main.bodies.forEach((body, i) => {
     let label = labels[i];
     if (!label) { label = labels[i] = $('labels').appendChild(document.createElement('span')); label.textContent = body.name; }
     const [x, y, z] = project(new THREE.Vector3().setFromMatrixPosition(poses[i]).toArray());
     const covered = taken.some(b => Math.abs(b[0] - x) < 9 + 7 * Math.max(b[2], Math.min(body.name.length, 24)) && Math.abs(b[1] - y) < 17);
-    const visible = shown.labels && body.kind !== 'ground' && z < 1 && x > 0 && x < three.width && y > 0 && y < three.height && !covered;
+    const visible = body.kind !== 'ground' && z < 1 && x > 0 && x < three.width && y > 0 && y < three.height && !covered;
     label.hidden = !visible;
     if (!visible) return;
     taken.push([x, y, Math.min(body.name.length, 24)]);
@@ -518,14 +584,32 @@ function draw_values() {
     row.cells[1].textContent = series ? short(value_of(series, now)) : now.toPrecision(7);
   }
 }
+// The plot's curves are drawn anew where the column or the size is another; a frame copies them and puts the line of the time over them.
+const plotted = { canvas: document.createElement('canvas'), of: '' };
 function draw_plot() {
   const canvas = $('plot'), ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
-  canvas.width = w * ratio;
-  canvas.height = h * ratio;
-  const g = canvas.getContext('2d');
+  const name = $('column').value, of = [name, w, h, ratio].join(' ');
+  if (plotted.of !== of) {
+    for (const c of [canvas, plotted.canvas]) { c.width = w * ratio; c.height = h * ratio; }
+    draw_curves(plotted.canvas.getContext('2d'), ratio, w, h, name);
+    plotted.of = of;
+  }
+  if (!canvas.width || !canvas.height) return;
+  const g = canvas.getContext('2d'), x = plot_edge + (w - 2 * plot_edge) * (now - t0) / Math.max(t1 - t0, 1e-300);
+  g.setTransform(1, 0, 0, 1, 0, 0);
+  g.clearRect(0, 0, canvas.width, canvas.height);
+  g.drawImage(plotted.canvas, 0, 0);
   g.scale(ratio, ratio);
-  g.clearRect(0, 0, w, h);
-  const name = $('column').value, left = 8, right = w - 8, top = 16, bottom = h - 16;
+  g.strokeStyle = '#1a1a1a';
+  g.beginPath();
+  g.moveTo(x, 16);
+  g.lineTo(x, h - 16);
+  g.stroke();
+}
+const plot_edge = 8;
+function draw_curves(g, ratio, w, h, name) {
+  g.scale(ratio, ratio);
+  const left = plot_edge, right = w - plot_edge, top = 16, bottom = h - 16;
   const curves = data.runs.map(run => { const c = columns_of_run(run).find(x => x.name === name); return c ? curve(c) : null; });
   let low = Infinity, high = -Infinity;
   for (const c of curves) if (c) for (const y of c.y) if (Number.isFinite(y)) { low = Math.min(low, y); high = Math.max(high, y); }
@@ -555,11 +639,6 @@ function draw_plot() {
     g.stroke();
   });
   g.setLineDash([]);
-  g.strokeStyle = '#1a1a1a';
-  g.beginPath();
-  g.moveTo(x_of(now), top);
-  g.lineTo(x_of(now), bottom);
-  g.stroke();
 }
 const run_columns = new Map();
 function columns_of_run(run) {
@@ -682,7 +761,8 @@ function make_key() {
   const bars = $('key').querySelectorAll('i');
   bars[0].style.background = arrows.normal;
   bars[1].style.background = arrows.friction;
-  $('key').lastChild.textContent = ' · an arrow of ' + short(0.25 * radius) + ' m is ' + short(0.25 * radius / data.metres_per_newton) + ' N';
+  const round_force = Number(nice(0.25 * radius / data.metres_per_newton).toPrecision(1));
+  $('key').lastChild.textContent = ' · an arrow of ' + Number((data.metres_per_newton * round_force).toPrecision(3)) + ' m is ' + round_force + ' N';
 }
 
 // ---- pictures -------------------------------------------------------------------------------------------------------
