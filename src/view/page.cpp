@@ -97,6 +97,7 @@ json encoded_solid(const Solid& solid) {
   json out{{"kind", name_of(solid.kind)},
            {"size", listed(solid.size)},
            {"place", {listed(solid.place.p), listed(solid.place.q)}}};
+  if (solid.inferred) out["inferred"] = true;
   for (const Vector3& v : solid.vertices) out["vertices"].push_back(listed(v));
   for (const std::vector<int>& face : solid.faces) out["faces"].push_back(face);
   return out;

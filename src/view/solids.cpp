@@ -157,7 +157,10 @@ Solid box_of_inertia(const Body& body) {
   Vector3 size;
   for (int i = 0; i < 3; ++i)
     size[i] = std::sqrt(std::max(0.0, 6 / body.mass * (I[(i + 1) % 3] + I[(i + 2) % 3] - I[i])));
-  return {.kind = Kind::Box, .place = {Vector3::Zero(), Quaternion(inertia.principal_axes())}, .size = size};
+  return {.kind = Kind::Box,
+          .place = {Vector3::Zero(), Quaternion(inertia.principal_axes())},
+          .size = size,
+          .inferred = true};
 }
 
 /// The joints that a body turns about, in its axes: of one that slides along a guide no point is its own.

@@ -1,9 +1,12 @@
 // A thousand spheres: how large their page is, and what a frame of it costs.
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+
+#include "perp/core/types.hpp"
 
 #include "perp/study/scene.hpp"
 #include "tests/view/in_browser.hpp"
@@ -93,7 +96,8 @@ TEST_CASE("a frame of a thousand spheres takes 50 ms of a processor at most, dra
     CHECK(out["size"] == nlohmann::json({800, 600}));
     return spent_by_children() - before;
   };
-  const double few = cost(10), many = cost(70), frame = (many - few) / 60;
+  double frame = infinity;  // the least of three: caches are shared with whatever else runs
+  for (int i = 0; i < 3; ++i) frame = std::min(frame, (cost(50) - cost(10)) / 40);
   WARN("a frame: " << 1000 * frame << " ms of processor time");
   CHECK(frame > 0.001);  // it was drawn
   CHECK(frame < 0.05);

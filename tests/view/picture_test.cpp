@@ -93,9 +93,8 @@ TEST_CASE("a generalized body whose scene says what it looks like is drawn, and 
 
 TEST_CASE("a picture shows where all that moves goes, and what stands around it", "[view]") {
   const Scratch scratch("view-extent");
-  REQUIRE(
-      run_perp(scratch, "run bowl --method ncp2 --step 0.01 --until 0.2 --out " + (scratch / "o")).status ==
-      0);
+  REQUIRE(run_perp(scratch, "run bowl --method ncp2 --step 0.01 --until 1 --out " + (scratch / "o")).status ==
+          0);
   const Drawing bowl = drawing_of(read_recorded_run(scratch.path / "o"));
   CHECK((bowl.high - bowl.low).minCoeff() >=
         2 * 1.0);  // the bowl's radius is 1 m, of which the marble sees a part

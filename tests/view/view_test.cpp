@@ -157,7 +157,8 @@ TEST_CASE("bodies look like what their contacts' gaps are between", "[view]") {
   CHECK(solids[0][0].kind == Solid::Kind::Plane);
   CHECK((solids[0][0].place * Vector3(1, 0, 0)).y() == 7);
   CHECK((solids[0][0].place.q * Vector3::UnitZ() - Vector3::UnitY()).norm() < 1e-15);
-  REQUIRE(solids[1].size() == 1);  // the same sphere twice is one
+  REQUIRE(solids[1].size() == 2);  // the same sphere twice is one, and a stick reaches from it to the joint
+  CHECK(solids[1][1].kind == Solid::Kind::Stick);
   CHECK(solids[1][0].size.x() == 0.5);
   REQUIRE(solids[2].size() == 2);
   CHECK(solids[2][0].size == Vector3(1, 2, 3));

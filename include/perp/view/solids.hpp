@@ -40,6 +40,8 @@ struct Solid {
   Vector3 size = Vector3::Zero();
   std::vector<Vector3> vertices = {};
   std::vector<std::vector<int>> faces = {};
+  bool inferred =
+      false;  ///< the box of a body's inertia, where nothing says what it looks like: drawn so that one sees through it
 };
 
 [[nodiscard]] std::string_view name_of(Solid::Kind kind);  ///< "sphere", "hollow_sphere", ...

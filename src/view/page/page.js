@@ -169,7 +169,7 @@ function capsule(r, length) {
 }
 // Geometry of unit size where it may be scaled, with the scale; one geometry serves all solids of its key.
 const thin = 0.012 * radius;
-const ball = fine => many ? new THREE.SphereBufferGeometry(1, 12, 8) : fine ? new THREE.SphereBufferGeometry(1, 128, 80) : new THREE.SphereBufferGeometry(1, 40, 24);
+const ball = fine => many ? new THREE.SphereBufferGeometry(1, 10, 7) : fine ? new THREE.SphereBufferGeometry(1, 128, 80) : new THREE.SphereBufferGeometry(1, 40, 24);
 const solids = {
   sphere: s => [s.size[0] > 0.6 * radius ? 'fine' : 'sphere', () => two_shades(ball(s.size[0] > 0.6 * radius), true), [s.size[0], s.size[0], s.size[0]]],
   hollow_sphere: s => ['hollow', () => new THREE.SphereBufferGeometry(1, 96, 60), [s.size[0], s.size[0], s.size[0]]],
@@ -199,12 +199,12 @@ function local_matrix(s, scale) {
   return m.compose(new THREE.Vector3(...s.place[0]), q, new THREE.Vector3(...scale));
 }
 
-function material(kind, colour, ghost) {
+function material(kind, colour, ghost, inferred) {
   const hollow = kind === 'hollow' || kind === 'tube';
   if (hollow) colour = '#5b6770';
   const m = new THREE.MeshLambertMaterial({ color: colour, vertexColors: hollow ? THREE.NoColors : THREE.VertexColors,
     side: hollow ? THREE.DoubleSide : kind.startsWith('poly') ? THREE.DoubleSide : THREE.FrontSide });
-  if (hollow || ghost) { m.transparent = true; m.opacity = ghost ? 0.3 : flat ? 0.8 : 0.25; m.depthWrite = false; }
+  if (hollow || ghost || inferred) { m.transparent = true; m.opacity = inferred ? 0.45 : ghost ? 0.3 : flat ? 0.8 : 0.25; m.depthWrite = false; }
   return m;
 }
 
@@ -216,19 +216,26 @@ function make_bodies(run, ghost) {
       if (s.kind === 'plane' || !solids[s.kind]) continue;
       const [key, make, scale] = solids[s.kind](s);
       const colour = body.kind === 'ground' || body.kind === 'prescribed' ? '#9aa3ab' : colour_of(body.colour);
-      const name = key + colour;
-      if (!groups.has(name)) groups.set(name, { key, make, colour, of: [] });
+      const name = key + colour + (s.inferred || '');
+      if (!groups.has(name)) groups.set(name, { key, make, colour, inferred: s.inferred, of: [] });
       groups.get(name).of.push({ body: i, local: local_matrix(s, scale) });
     }
   });
   const made = [];
   for (const g of groups.values()) {
-    const mesh = new THREE.InstancedMesh(g.make(), material(g.key, g.colour, ghost), g.of.length);
+    const mesh = new THREE.InstancedMesh(g.make(), material(g.key, g.colour, ghost, g.inferred), g.of.length);
     mesh.frustumCulled = false;
     three.scene.add(mesh);
     made.push({ mesh, of: g.of });
   }
   return made;
+}
+// What the scene's lights make of a flat face: one colour, so that it need not be found for every pixel.
+function lit(colour, normal) {
+  const { sky, sun } = three, above = 0.5 + 0.5 * normal.dot(sky.position.clone().normalize());
+  const light = sky.groundColor.clone().lerp(sky.color, above).multiplyScalar(sky.intensity);
+  const direct = sun.intensity * Math.max(0, normal.dot(sun.position.clone().normalize()));
+  return new THREE.Color(colour).multiply(light.addScalar(direct));
 }
 function make_planes(run) {
   for (const body of run.bodies) for (const s of body.solids) {
@@ -261,7 +268,7 @@ function make_planes(run) {
       continue;
     }
     const sheet = new THREE.Mesh(new THREE.PlaneBufferGeometry(2 * half, 2 * half),
-      new THREE.MeshLambertMaterial({ color: '#dfe4e8', polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 }));
+      new THREE.MeshBasicMaterial({ color: lit('#dfe4e8', new THREE.Vector3(0, 0, 1).transformDirection(X)), polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 }));
     const grid = new THREE.GridHelper(2 * half, cells, '#9aa3ab', '#bcc4ca');
     grid.rotateX(Math.PI / 2);
     for (const part of [sheet, grid]) { part.position.set(mid.x, mid.y, 0); group.add(part); }
@@ -413,8 +420,10 @@ function make_three() {
     : new THREE.PerspectiveCamera(40, 1, 0.01 * radius, 200 * radius);
   three = { renderer, camera, canvas, scene: new THREE.Scene(), target: new THREE.Vector3(), bodies: [], planes: [], axes: [], joints: [],
     arrows: {}, trails: [], marks: null, span: radius, width: 1, height: 1 };
-  three.scene.add(new THREE.HemisphereLight('#ffffff', '#8a8f96', 0.75));
-  const sun = new THREE.DirectionalLight('#ffffff', 0.5);
+  const sky = new THREE.HemisphereLight('#ffffff', '#8a8f96', 0.75), sun = new THREE.DirectionalLight('#ffffff', 0.5);
+  Object.assign(three, { sky, sun });
+  sky.position.set(...data.up);  // its light falls from there
+  three.scene.add(sky);
   sun.position.set(...data.up).multiplyScalar(3).add(new THREE.Vector3(1, -2, flat ? 4 : 0.6));
   three.scene.add(sun);
   make_planes(main);
