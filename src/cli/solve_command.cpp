@@ -1,4 +1,5 @@
 // perp solve: problems in files, one after the other, each with how its solve ended and how good the answer is.
+#include <unistd.h>
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -291,19 +292,25 @@ int solve_files(const std::vector<std::string>& files, const std::string& kind, 
     std::printf(
         "file,kind,contacts,rank,status,stage,iterations,residual_absolute,residual_relative,"
         "residual_file,seconds,existence\n");
-  int status = Done;
+  const bool terminal = isatty(STDERR_FILENO) != 0;  // there a line says which file is being solved
+  int status = Done, begun = 0;
   for (const std::string& file : files) {
     Answer answer;
     std::string name = kind;
+    if (terminal) std::fprintf(stderr, "[%d/%zu] %s", ++begun, files.size(), file.c_str());
+    const auto wipe = [&] { std::fputs(terminal ? "\r\033[K" : "", stderr); };
     try {
       const Kind& found = kind_of(file, kind);
       name = found.name;
       answer = found.solve(file, request);
       status = std::max<int>(status, answer.status == "solved" ? Done : ToleranceNotReached);
+      wipe();
     } catch (const std::invalid_argument& error) {
+      wipe();
       std::fprintf(stderr, "perp: %s\n", error.what());
       status = std::max<int>(status, BadInput);
     } catch (const std::exception& error) {  // the other files are none of its business
+      wipe();
       std::fprintf(stderr, "perp: %s: %s\n", file.c_str(), sentence_of(error).c_str());
       status = InternalError;
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <Eigen/Cholesky>
 
+#include "instant/load_fault.hpp"
 #include "perp/core/errors.hpp"
 
 namespace perp {
@@ -362,7 +363,7 @@ void evaluate(const Model& model, const State& x, Instant& instant, const Instan
         instant.fault =
             "a row of joint '" + model.joint({row.joint}).name + "' is not finite at t = " + shortest(x.t);
   if (instant.fault.empty() && !instant.k.allFinite())
-    instant.fault = "a load is not finite at t = " + shortest(x.t);
+    instant.fault = load_fault(model, x, instant) + " is not finite at t = " + shortest(x.t);
 }
 
 double Instant::gap_min() const {

@@ -67,5 +67,24 @@ TEST_CASE("perp solve --solutions writes z and w of each file", "[solve]") {
   CHECK(std::stod(mixed["w"][1]) == Approx(1).epsilon(1e-14));
 }
 
+TEST_CASE("on a terminal perp solve says which file it is at, elsewhere nothing of it", "[solve]") {
+  if (std::system("command -v script >/dev/null") != 0) {
+    WARN("skipped: script (bsdutils) is not installed");
+    return;
+  }
+  const Scratch scratch("solve-terminal");
+  write(scratch / "a.dat", lcp_file);
+  write(scratch / "b.dat", "nonsense");
+  const std::string files = (scratch / "a.dat") + " " + (scratch / "b.dat");
+  const std::string shown = scratch / "shown";
+  REQUIRE(std::system(("script -qec '" PERP_PROGRAM " solve " + files + "' /dev/null >" + shown).c_str()) !=
+          -1);
+  const std::string text = contents(shown);
+  CHECK(text.find("[1/2] " + (scratch / "a.dat") + "\r\033[K" + (scratch / "a.dat") + ": lcp solved") !=
+        std::string::npos);
+  CHECK(text.find("[2/2] " + (scratch / "b.dat") + "\r\033[Kperp: ") != std::string::npos);
+  CHECK(run_perp(scratch, "solve " + files).err.find("[1/2]") == std::string::npos);
+}
+
 }  // namespace
 }  // namespace perp

@@ -255,5 +255,24 @@ TEST_CASE("a picture's size is what was asked for", "[view]") {
   CHECK(run_perp(scratch, "view " + (scratch / "o") + " --size 400x300").status == 2);
 }
 
+TEST_CASE("every built-in scene is in the gallery: a small picture, what it is, how it was run", "[view]") {
+  const std::filesystem::path doc = std::filesystem::path(PERP_TEST_FOLDER) / "../../doc";
+  const std::string page = contents(doc / "gallery.md");
+  std::size_t sections = 0;
+  for (std::size_t i = page.find("\n## "); i != std::string::npos; i = page.find("\n## ", i + 1)) ++sections;
+  CHECK(sections == scene_names().size());
+  for (const std::string& name : scene_names()) {
+    INFO(name);
+    const std::size_t begin = page.find("\n## " + name + "\n");
+    REQUIRE(begin != std::string::npos);
+    const std::string section = page.substr(begin, page.find("\n## ", begin + 1) - begin);
+    CHECK(section.find("](images/gallery/" + name + ".png)") != std::string::npos);
+    CHECK(section.find(scene(name).what + ".") != std::string::npos);
+    CHECK(section.find("`perp run " + name + " --method ") != std::string::npos);
+    REQUIRE(std::filesystem::exists(doc / "images/gallery" / (name + ".png")));
+    CHECK(std::filesystem::file_size(doc / "images/gallery" / (name + ".png")) < 30000);
+  }
+}
+
 }  // namespace
 }  // namespace perp

@@ -420,7 +420,7 @@ function make_three() {
     : new THREE.PerspectiveCamera(40, 1, 0.01 * radius, 200 * radius);
   three = { renderer, camera, canvas, scene: new THREE.Scene(), target: new THREE.Vector3(), bodies: [], planes: [], axes: [], joints: [],
     arrows: {}, trails: [], marks: null, span: radius, width: 1, height: 1 };
-  const sky = new THREE.HemisphereLight('#ffffff', '#8a8f96', 0.75), sun = new THREE.DirectionalLight('#ffffff', 0.5);
+  const sky = new THREE.HemisphereLight('#ffffff', '#8a8f96', 0.58), sun = new THREE.DirectionalLight('#ffffff', 0.5);
   Object.assign(three, { sky, sun });
   sky.position.set(...data.up);  // its light falls from there
   three.scene.add(sky);
