@@ -162,7 +162,8 @@ int map_of(const CLI::App& command, const StudyArguments& arguments) {
 void make_motions(const StudyRequest& request, const std::string& folder) {
   for (const std::string& name : request.scenes) {
     RunRecord record;
-    record.recipe = {.scene = name, .set = request.set};
+    record.recipe.scene = name;
+    record.recipe.set = request.set;
     record.recipe.folder = std::filesystem::current_path().string();
     const Scene scene = read_scene_of(record.recipe);
     const RunRecipe asked = motion_of(request, name, std::isnan(request.until) ? scene.t_end : request.until);
