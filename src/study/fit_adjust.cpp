@@ -116,6 +116,20 @@ void FitAdjuster::normal_equations(const Vector& theta, const std::vector<int>& 
   };
   std::vector<std::vector<std::array<Vector, 2>>> found(static_cast<std::size_t>(runs_.motions()));
   const std::optional<Scene> here = runs_.scene(unknowns_, theta);
+  const auto depends = [&](int m, int k) {
+    const Unknown& u = unknowns_[free[static_cast<std::size_t>(k)]];
+    return u.shared() || u.motion == m;
+  };
+  std::vector<std::optional<Matrix>> slopes(static_cast<std::size_t>(runs_.motions()));
+  runs_.each(central ? 0 : runs_.motions(), [&](int m) {
+    std::vector<int> which;
+    for (int k = 0; k < n; ++k)
+      if (depends(m, k)) which.push_back(free[static_cast<std::size_t>(k)]);
+    const Vector r = runs_.residual(unknowns_, theta, here, m).raw;
+    slopes[static_cast<std::size_t>(m)] = runs_.slopes(unknowns_, theta, which, m, r);
+    found[static_cast<std::size_t>(m)].resize(static_cast<std::size_t>(n) + 1);
+    found[static_cast<std::size_t>(m)][0][1] = r;
+  });
   std::vector<std::array<std::optional<Scene>, 2>> there(static_cast<std::size_t>(n));
   for (int k = 0; k < n; ++k)
     if (unknowns_[free[static_cast<std::size_t>(k)]].kind == UnknownKind::Parameter)
@@ -124,10 +138,9 @@ void FitAdjuster::normal_equations(const Vector& theta, const std::vector<int>& 
             runs_.scene(unknowns_, moved(k, 2 * side - 1));
   for (int m = 0; m < runs_.motions(); ++m) {
     found[static_cast<std::size_t>(m)].resize(static_cast<std::size_t>(n) + 1);
-    tasks.push_back({m, -1, 1});
+    if (central) tasks.push_back({m, -1, 1});
     for (int k = 0; k < n; ++k) {
-      const Unknown& u = unknowns_[free[static_cast<std::size_t>(k)]];
-      if (!u.shared() && u.motion != m) continue;
+      if (!depends(m, k) || slopes[static_cast<std::size_t>(m)]) continue;
       tasks.push_back({m, k, 1});
       if (central) tasks.push_back({m, k, -1});
     }
@@ -146,9 +159,11 @@ void FitAdjuster::normal_equations(const Vector& theta, const std::vector<int>& 
   for (int m = 0; m < runs_.motions(); ++m) {
     const auto& of_motion = found[static_cast<std::size_t>(m)];
     const Vector& r0 = of_motion[0][1];
+    const std::optional<Matrix>& by_run = slopes[static_cast<std::size_t>(m)];
     std::vector<int> mine;
     for (int k = 0; k < n; ++k)
-      if (of_motion[static_cast<std::size_t>(k) + 1][1].size() == r0.size() && r0.size() > 0)
+      if (by_run ? depends(m, k)
+                 : of_motion[static_cast<std::size_t>(k) + 1][1].size() == r0.size() && r0.size() > 0)
         mine.push_back(k);
     Vector r(r0.size()), w(r0.size());
     for (Eigen::Index i = 0; i < r0.size(); ++i) {
@@ -158,7 +173,8 @@ void FitAdjuster::normal_equations(const Vector& theta, const std::vector<int>& 
       w[i] *= root, r[i] *= root;
     }
     Matrix J(r0.size(), static_cast<Eigen::Index>(mine.size()));
-    for (std::size_t c = 0; c < mine.size(); ++c) {
+    if (by_run) J = w.asDiagonal() * *by_run;
+    for (std::size_t c = 0; c < mine.size() && !by_run; ++c) {
       const int i = free[static_cast<std::size_t>(mine[c])];
       const auto& pair = of_motion[static_cast<std::size_t>(mine[c]) + 1];
       const double from = central ? moved(mine[c], -1)[i] : theta[i], to = moved(mine[c], 1)[i];

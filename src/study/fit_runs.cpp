@@ -74,9 +74,15 @@ constexpr double penalty = 3;                      // spreads of the column that
 
 }  // namespace
 
+void recorded_row(const Model& model, const Recording& recording, const State& x, std::vector<double>& row) {
+  motion_row(model, x, row);
+  to_frame(model, recording, row);
+}
+
 FitRuns::FitRuns(const FitProblem& problem, const std::vector<MeasuredMotion>& motions, const Scene& scene)
     : problem_(problem), motions_(motions), cells_(motions.size()), h_(problem.h) {
   const std::vector<std::string> names = motion_columns(scene.model);
+  rough_.assign(motions.size(), 0);
   std::map<std::string, int> column_of;
   std::vector<double> sum, squares, count;
   for (std::size_t m = 0; m < motions.size(); ++m) {
@@ -199,8 +205,7 @@ Residual FitRuns::residual(const Unknowns& unknowns, const Vector& theta, const 
         x = run->size() > 1 ? run->at(std::min(t, run->t(run->size() - 1))) : x;
       else
         move(scene->model, x.nu, t - x.t, x.q);  // before the start: as it moves there
-      motion_row(scene->model, x, row);
-      to_frame(scene->model, recording, row);
+      recorded_row(scene->model, recording, x, row);
       filled = cell.row;
     }
     double value = row[static_cast<std::size_t>(cell.place)];

@@ -25,6 +25,9 @@ struct Residual {
   bool failed = false;  ///< a penalty stands where the run did not come to
 };
 
+/// The state as the data's frame has it, in the order of motion_columns.
+void recorded_row(const Model& model, const Recording& recording, const State& x, std::vector<double>& row);
+
 class FitRuns {
  public:
   /// Throws std::invalid_argument for a column that the scene's model does not have.
@@ -47,6 +50,10 @@ class FitRuns {
   std::optional<Scene> scene(const Unknowns& unknowns, const Vector& theta) const;
   Residual residual(const Unknowns& unknowns, const Vector& theta, const std::optional<Scene>& scene,
                     int motion);
+  /// d(residual)/d(unknown), a column for each of `which`, of a motion whose residual is r: from one run's sensitivities. Nothing where these are not to be
+  /// had, or are no guide: under steps of fixed size an impact is late by a part of a step, and slopes are those of a tooth.
+  std::optional<Matrix> slopes(const Unknowns& unknowns, const Vector& theta, const std::vector<int>& which,
+                               int motion, const Vector& r);
   /// Rows before the model's own motion first closes a contact; 0 if one is closed from the start, all if none ever is.
   int rows_before_contact(const Unknowns& unknowns, const Vector& theta, const Scene& scene, int motion);
 
@@ -65,6 +72,7 @@ class FitRuns {
   const std::vector<MeasuredMotion>& motions_;
   std::vector<std::vector<MeasuredCell>> cells_;
   std::vector<int> rows_;
+  std::vector<char> rough_;  // motions of which slopes() has found that it is no use
   std::vector<std::string> columns_;
   std::vector<double> spread_;
   double h_ = not_set;

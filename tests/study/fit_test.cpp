@@ -9,6 +9,7 @@
 #include "perp/model/gaps.hpp"
 #include "study/derivative_free.hpp"
 #include "study/fit_intervals.hpp"
+#include "study/fit_runs.hpp"
 #include "study/least_squares.hpp"
 #include "tests/study/measured_motion.hpp"
 
@@ -167,6 +168,55 @@ TEST_CASE("a pendulum's dry friction and damping are told apart", "[fit]") {
   CHECK(holds(value_of(result, "friction"), 0.05));
   CHECK(holds(value_of(result, "damping"), 0.02));
   CHECK(value_of(result, "damping").high < 1.6 * value_of(result, "damping").low);  // not by being wide
+}
+
+TEST_CASE("a smooth motion's slopes come of one run, and are those of differences; a bounce's do not",
+          "[fit]") {
+  const Scene truth = pendulum({});
+  const FitProblem swinging{
+      .scene = pendulum,
+      .measured = {measured(truth, truth.start, 2, {.rate = 40, .seed = 3}, {"angle"})},
+      .free = {{.name = "friction"}, {.name = "damping"}, {.name = "rod.omega"}, {.name = "clock.offset"}},
+      .h = 0.002};
+  FitRuns runs(swinging, swinging.measured, truth);
+  const Unknowns unknowns(swinging, truth, swinging.measured);
+  Vector theta(unknowns.size());
+  std::vector<int> all;
+  for (int i = 0; i < unknowns.size(); ++i) {
+    theta[i] = unknowns[i].guess;
+    all.push_back(i);
+  }
+  const Vector r = runs.residual(unknowns, theta, runs.scene(unknowns, theta), 0).raw;
+  const long before = runs.runs();
+  const std::optional<Matrix> J = runs.slopes(unknowns, theta, all, 0, r);
+  REQUIRE(J);
+  CHECK(runs.runs() == before + 1);
+  for (const int i : all) {
+    CAPTURE(unknowns[i].name);
+    // a run to another time has other steps, and its friction turns round elsewhere in them: over ten steps that counts for little
+    const bool clock = unknowns[i].kind == UnknownKind::ClockOffset;
+    const double d = (clock ? 1e-2 : 1e-5) * unknowns[i].scale;
+    const auto at = [&](double t) {
+      Vector there = theta;
+      there[i] += t;
+      return runs.residual(unknowns, there, runs.scene(unknowns, there), 0).raw;
+    };
+    const Vector slope = (at(d) - at(-d)) / (2 * d);
+    CHECK((J->col(i) - slope).cwiseAbs().maxCoeff() < (clock ? 1e-2 : 1e-3) * slope.cwiseAbs().maxCoeff());
+  }
+
+  const FitProblem bouncing = ball_problem(1);
+  const Scene ball = bouncing.scene({});
+  FitRuns bounces(bouncing, bouncing.measured, ball);
+  const Unknowns of_ball(bouncing, ball, bouncing.measured);
+  Vector guess(of_ball.size());
+  std::vector<int> every;
+  for (int i = 0; i < of_ball.size(); ++i) {
+    guess[i] = of_ball[i].guess;
+    every.push_back(i);
+  }
+  const Vector raw = bounces.residual(of_ball, guess, bounces.scene(of_ball, guess), 0).raw;
+  CHECK_FALSE(bounces.slopes(of_ball, guess, every, 0, raw));
 }
 
 TEST_CASE("a mass and a spring that only their ratio shows are named, not returned as numbers", "[fit]") {

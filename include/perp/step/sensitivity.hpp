@@ -50,6 +50,7 @@ struct Sensitivity {
   /// Empty where the derivative exists. Else what it says is that of the modes that the run had.
   std::vector<NoDerivative> missing;
   long steps = 0;
+  long impacts = 0;  ///< steps, of `event` events, in which velocities jumped
   bool exists() const { return missing.empty(); }
 };
 

@@ -221,6 +221,7 @@ bool EventTangent::event_times(const std::vector<Root>& triggers, const State& x
 /// Velocities behind an impact, of both sides.
 bool EventTangent::jump(const State& before, const State& after) {
   constexpr double same = 1e-8;  // of the speeds
+  ++out_.impacts;
   ImpactOptions how{.restitution = method_.restitution, .small_gap = scales_.small_gap()};
   Impact impact = solve_impact(model_, before, how);
   if (!((impact.nu - after.nu).cwiseAbs().maxCoeff() <= same * scales_.speed)) {

@@ -2,6 +2,7 @@
 
 #include "perp/core/errors.hpp"
 #include "perp/step/event_driven.hpp"
+#include "step/certificate/step_answer.hpp"
 #include "step/sensitivity/event_tangent.hpp"
 #include "step/sensitivity/parameters_along.hpp"
 
@@ -36,6 +37,7 @@ class TangentSink final : public RunSink {
 
   void step(const State& x, const StepReport& report) override {
     ++out_.steps;
+    if (!stepper_.answer()->struck.empty()) ++out_.impacts;
     alive_ = alive_ && step_.step(before_, x, report, *stepper_.answer(), options_.max_correction_speed,
                                   along_.at(before_, tangent_), tangent_, out_.missing);
     before_ = x;
