@@ -96,8 +96,9 @@ TEST_CASE("a frame of a thousand spheres takes 50 ms of a processor at most, dra
     CHECK(out["size"] == nlohmann::json({800, 600}));
     return spent_by_children() - before;
   };
-  double frame = infinity;  // the least of three: caches are shared with whatever else runs
-  for (int i = 0; i < 3; ++i) frame = std::min(frame, (cost(50) - cost(10)) / 40);
+  double few = infinity, many = infinity;  // the least of three: starting a browser costs now more, now less
+  for (int i = 0; i < 3; ++i) few = std::min(few, cost(10)), many = std::min(many, cost(90));
+  const double frame = (many - few) / 80;
   WARN("a frame: " << 1000 * frame << " ms of processor time");
   CHECK(frame > 0.001);  // it was drawn
   CHECK(frame < 0.05);
