@@ -50,7 +50,7 @@ void add_track(Model& model, const std::string& name, double x, double y, double
 /// What trips is the part's leading edge, which sinks into a slot: of a part on its base never, since half of its width bridges it.
 Scene feeder(Parameters& set) {
   const double mu = set.number("mu", 0.25, "friction between part and track [-]", not_negative);
-  const double e = set.number("e", 0.2, "restitution [-]", fraction);
+  const double e = set.number("e", 0, "restitution [-]", fraction);
   const double incline = set.number("incline", 25 * pi / 180, "of the track [rad]", acute);
   const double slot = set.number("slot", 0.014, "width of the slots [m]", {0.001, 0.05});
   const double sink = set.number("sink", 0.004, "their depth [m]", {0.0005, 0.02});

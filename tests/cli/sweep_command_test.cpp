@@ -139,7 +139,7 @@ TEST_CASE("the feeder sets most of its parts on their base, as many under lcp as
   const Scratch scratch("sweep-feeder");
   const Outcome done =
       run_perp(scratch,
-               "study feeder --methods ncp2,lcp --steps 0.002 --draw turn=0:6.283185307179586 "
+               "study feeder --methods ncp2,lcp --steps 0.002 --set e=0.2 --draw turn=0:6.283185307179586 "
                "--draw start_x=-0.05:0.02 --draws 30 --seed 1 --pass 'cos(cup.angle) > 0.99' --out " +
                    (scratch / "out"));
   REQUIRE(done.status <= 1);  // a part may end with a step that says why it does not advance
