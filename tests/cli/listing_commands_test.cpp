@@ -34,7 +34,8 @@ TEST_CASE("perp scenes --csv has a row for each built-in scene, with values that
   std::string every;
   for (const Method& method : methods()) every += (every.empty() ? "" : " ") + std::string(method.name);
   const auto those = [&](const Scene& s) -> std::string {
-    return s.model.contact_with_moments() == nullptr ? every : "ncp ncp-start ncp2 event extrapolated";
+    return s.model.contact_with_moments() == nullptr ? every
+                                                     : "lcp lcp-ap ncp ncp-start ncp2 event extrapolated";
   };
   for (std::size_t i = 0; i < table["name"].size(); ++i) {
     const Scene s = scene(table["name"][i]);

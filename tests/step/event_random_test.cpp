@@ -97,9 +97,9 @@ TEST_CASE("Runs from random starts of chains, brakes and coins end and gain no e
   ends_well(GENERATE(0U, 1U, 2U));
 }
 
-TEST_CASE("Runs from random starts of stacks and Painleve rods end and gain no energy", "[event]") {
-  ends_well(GENERATE(3U, 4U));
-}
+TEST_CASE("Runs from random starts of stacks end and gain no energy", "[event]") { ends_well(3U); }
+
+TEST_CASE("Runs from random starts of Painleve rods end and gain no energy", "[event]") { ends_well(4U); }
 
 TEST_CASE("A box that slides on four corners, one of which its least forces would pull, goes on", "[event]") {
   if (!has_sundials()) return;
