@@ -191,9 +191,8 @@ TEST_CASE("joints.csv has a row a joint and step, whatever the method", "[run]")
   }
 }
 
-TEST_CASE(
-    "--impacts sequential sends the last of three balls away, and is refused where impacts are not located",
-    "[run]") {
+TEST_CASE("Impacts in sequence send the last of three balls away, and are refused where none are located",
+          "[run]") {
   const Scratch scratch("run-sequential");
   for (const std::string method : {"event", "extrapolated"}) {
     const std::string out = scratch / method;
