@@ -27,7 +27,7 @@ const Family families[] = {{"rod", rod_start, 150, 2500},
 const Family hard_families[] = {{"chain", chain_start, 3, 2000},
                                 {"braked cart", braked_cart_start, 10, 2500},
                                 {"coin", coin_start, 2, 500},
-                                {"stack of three", stack_start, 2, 500},
+                                {"stack of three", stack_start, 1, 500},
                                 {"rod into A = 0", painleve_start, 20, 4500}};
 
 /// What came of the starts of a family.
