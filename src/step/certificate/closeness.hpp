@@ -31,9 +31,14 @@ inline constexpr double inside_cone = 1e-3;
 /// Rounding of a single sum, in eps of its terms' sizes [-].
 inline constexpr double terms = 4;
 
-/// What a step's algebra may leave of its equations, of the largest w |p| and velocity in them, where they nearly repeat [-]. Newton's
-/// method ends at 1e-13 to 2e-10 of them in piles, arches and overhangs. Ten times less: these stop on the way; ten times more: a box held by
-/// friction for 100 s creeps.
+/// What rounding leaves of a step's equation, of the sum of the sizes of what it adds up [-]: each of these is itself a sum, of four at most
+/// that matter. Ten times less: light bodies between heavy ones are refused; ten times more: what
+/// is left may be seen from outside.
+inline constexpr double of_sum = 16 * eps;
+
+/// What a step's algebra may leave of its equations on the way, of the largest w |p| and velocity in them, where they nearly repeat [-]. Newton's
+/// method comes to 1e-13 to 2e-10 of them in piles, arches and overhangs, and goes on from there without a search. Ten times less: these
+/// stop on the way; ten times more: a box held by friction for 100 s creeps.
 inline constexpr double of_terms = 2e-10;
 
 /// But it excuses no more than this share of the speeds of a step [-]: where rounding is more, the step is not solved. Ten times more:

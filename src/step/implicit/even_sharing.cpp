@@ -106,6 +106,7 @@ void NonsmoothNewton::start_again(bool even) {
   for (Island& island : islands_) {
     island.map = island.stalled = 0;
     island.best = infinity;
+    island.best_good = false;
     island.limit = false;
     island.uneven = even && island.loops ? most_more : 0;
   }

@@ -208,7 +208,8 @@ bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, c
     if (!evaluate(model, problem, options, nu, reactions, outcome)) return false;
     if (outcome.converged) return true;
     if (rows.contacts > most_dense_rows) {  // near the answer Newton is faster
-      for (Island& island : islands_) island.map = island.stalled = 0, island.best = infinity;
+      for (Island& island : islands_)
+        island.map = island.stalled = 0, island.best = infinity, island.best_good = false;
       Options short_run = options;
       short_run.most = 12;
       if (newton(model, problem, short_run, nu, reactions, outcome)) return true;

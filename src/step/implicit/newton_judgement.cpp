@@ -87,7 +87,7 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
   for (Island& island : islands_) {
     island.residuals = {};
     island.merit = island.size = 0;
-    island.good = true;
+    island.near = island.good = true;
   }
   doubts_.clear();
   double fastest = 0;
@@ -142,7 +142,7 @@ bool NonsmoothNewton::judge(const Model& model, const Options& options, const Ve
     e.impulse = std::max(e.impulse, R.cwiseAbs().maxCoeff());
     island.size = std::max(island.size, size_of(b, i, nu));
   }
-  settle_doubts(model, options, reactions);
+  settle_doubts(model, options, nu, reactions);
   return sum_up(outcome);
 }
 
@@ -177,8 +177,29 @@ void NonsmoothNewton::judge_miss(Island& island, const Options& options, const D
   if (miss.miss <= mark + closeness::most_rounding * island.speed || (miss.body >= 0 && options.h > 0))
     doubts_.push_back(miss);
   else
-    island.good = false;
+    island.near = island.good = false;
 }
+
+namespace {
+
+/// Sizes of what adds up to a body's momentum: |W| |p| of its reactions.
+void add_sizes_of_impulses(const std::vector<Reaction>& reactions, Vector& sizes) {
+  for (const Reaction& r : reactions) {
+    const Vector3 p = r.p.cwiseAbs();
+    sizes.segment(r.W.va, r.W.na) += (r.W.A.cwiseAbs() * p).head(r.W.na);
+    sizes.segment(r.W.vb, r.W.nb) += (r.W.B.cwiseAbs() * p).head(r.W.nb);
+  }
+}
+
+/// Of what adds up to a row of u, and but for equalities of p, the largest sum of sizes [m/s].
+double size_of_terms(const Reaction& r, const Vector& nu) {
+  const Vector3 u = (r.W.A.transpose().cwiseAbs().leftCols(r.W.na) * nu.segment(r.W.va, r.W.na).cwiseAbs() +
+                     r.W.B.transpose().cwiseAbs().leftCols(r.W.nb) * nu.segment(r.W.vb, r.W.nb).cwiseAbs());
+  const double of_u = u.maxCoeff() + (r.u.x() < Reaction::no_point ? r.u.cwiseAbs().maxCoeff() : 0);
+  return r.length * (of_u + (r.law == Law::Equality ? 0 : r.w * r.p.cwiseAbs().maxCoeff()));
+}
+
+}  // namespace
 
 /// What positions, known to their last digit, are worth in (1): stiff springs tell one from the next.
 void NonsmoothNewton::add_sizes_of_loads(const Model& model, const Options& options, Vector& sizes) const {
@@ -194,25 +215,36 @@ void NonsmoothNewton::add_sizes_of_loads(const Model& model, const Options& opti
   }
 }
 
-/// Misses above the tolerance pass where the algebra of terms as large as the island's leaves as much.
-void NonsmoothNewton::settle_doubts(const Model& model, const Options& options,
+/// Misses above the tolerance pass where rounding of what adds up to them leaves as much; they are near where algebra of terms as large as the
+/// island's does.
+void NonsmoothNewton::settle_doubts(const Model& model, const Options& options, const Vector& nu,
                                     const std::vector<Reaction>& reactions) {
   if (doubts_.empty()) return;
-  Vector of_positions = Vector::Zero(model.nv());
+  Vector of_positions = Vector::Zero(model.nv()), of_impulses = of_positions;
   if (options.h > 0) add_sizes_of_loads(model, options, of_positions);
+  add_sizes_of_impulses(reactions, of_impulses);
   for (const Doubt& d : doubts_) {
     Island& island =
         d.body >= 0 ? islands_[at(island_[at(d.body)])] : islands_[island_number(reactions[at(d.reaction)])];
-    double allowed = options.tolerance * island.speed + d.rounding +
-                     std::min(closeness::of_terms * island.size, closeness::most_rounding * island.speed);
-    if (d.body >= 0 && options.h > 0) {
+    double mark = options.tolerance * island.speed + d.rounding, of_terms = 0;
+    if (d.body >= 0) {
       const Body& b = model.bodies()[at(d.body)];
       Vector y = Vector::Zero(model.nv());
-      solve_mass(model, *instant_, d.body, of_positions.data() + b.v0, y.data() + b.v0);
-      allowed += std::min(closeness::terms * closeness::eps * speed_of(b, of_positions, y),
-                          options.tolerance * reach_of(b, *options.start) / options.h);
+      const auto speed = [&](const Vector& f) {
+        solve_mass(model, *instant_, d.body, f.data() + b.v0, y.data() + b.v0);
+        return speed_of(b, f, y);
+      };
+      of_terms = speed(of_impulses) + size_of(b, at(d.body), nu);
+      if (options.h > 0)
+        mark += std::min(closeness::terms * closeness::eps * speed(of_positions),
+                         options.tolerance * reach_of(b, *options.start) / options.h);
+    } else {
+      of_terms = size_of_terms(reactions[at(d.reaction)], nu);
     }
-    if (!(d.miss <= allowed)) island.good = false;
+    const double most = closeness::most_rounding * island.speed;
+    if (!(d.miss <= mark + std::min(closeness::of_terms * island.size, most)))
+      island.near = island.good = false;
+    if (!(d.miss <= mark + std::min(closeness::of_sum * of_terms, most))) island.good = false;
   }
 }
 

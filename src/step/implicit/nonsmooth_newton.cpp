@@ -125,7 +125,7 @@ void NonsmoothNewton::regularise(const std::vector<Reaction>& reactions) {
     const Island& island = islands_[island_number(reactions[i])];
     const double eps = part * island.residuals.largest() / std::max(island.size, 1e-300);
     rows_[i].even = false;
-    if (even_ && island.loops)
+    if (even_ && island.loops && !island.polished())
       give_evenly(i, reactions, std::min(eps, most));
     else
       rows_[i].eps = std::clamp(eps, least, most);
@@ -161,7 +161,7 @@ bool NonsmoothNewton::search(const Model& model, StepProblem& problem, const Opt
     bool enough = true;
     for (Island& island : islands_) {
       const double reference = *std::max_element(island.merits.begin(), island.merits.end());
-      if (finite && (island.good || island.merit <= (1 - 2 * sufficient * island.t) * reference)) continue;
+      if (finite && (island.near || island.merit <= (1 - 2 * sufficient * island.t) * reference)) continue;
       enough = false;
       island.t /= 2;
     }
@@ -177,11 +177,12 @@ void NonsmoothNewton::keep_best(const Model& model, const Vector& nu,
   for (std::size_t i = 0; i < islands_.size(); ++i) {
     Island& island = islands_[i];
     const double now = island.residuals.largest();
-    const bool evened = island.good && island.uneven > 0 && island.limit && island.t == 1;
+    const bool evened = island.near && island.uneven > 0 && island.limit && island.t == 1;
     island.stalled = now < 0.5 * island.best ? 0 : island.stalled + 1;
-    improved_[i] = static_cast<char>(evened || now < island.best);
-    island.best = evened ? now : std::min(island.best, now);
-    if (island.good && island.uneven > 0) island.uneven = evened ? 0 : island.uneven - 1;
+    island.at_best = evened || (island.good != island.best_good ? island.good : now <= island.best);
+    improved_[i] = static_cast<char>(island.at_best);
+    if (island.at_best) island.best = now, island.best_good = island.good;
+    if (island.near && island.uneven > 0) island.uneven = evened ? 0 : island.uneven - 1;
   }
   nu_best_.resize(nu.size());
   p_best_.resize(reactions.size());
@@ -199,7 +200,7 @@ bool NonsmoothNewton::change_maps(const Model& model, Vector& nu, std::vector<Re
   bool any = false;
   for (std::size_t i = 0; i < islands_.size(); ++i) {
     Island& island = islands_[i];
-    if (island.good || island.stalled < patience) continue;
+    if (island.near || island.stalled < patience) continue;
     island.map = (island.map + 1) % maps;
     island.stalled = 0;
     island.merits.fill(infinity);
@@ -226,8 +227,9 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
     if (std::all_of(islands_.begin(), islands_.end(), [](const Island& i) { return i.done(); })) break;
     if (k > 0 || outcome.iterations > 0) problem.differentiate(reactions, K_);
     regularise(reactions);
-    const bool creeps = std::any_of(islands_.begin(), islands_.end(),
-                                    [](const Island& i) { return !i.good && i.stalled > 1; });
+    const bool creeps = std::any_of(islands_.begin(), islands_.end(), [](const Island& i) {
+      return i.polished() || (!i.near && i.stalled > 1);
+    });
     if (!linearized_.solve(model, *instant_, K_, reactions, rows_, R_, creeps) ||
         !search(model, problem, options, static_cast<std::size_t>(k), nu, reactions, outcome))
       break;
@@ -237,8 +239,7 @@ bool NonsmoothNewton::newton(const Model& model, StepProblem& problem, const Opt
     if (change_maps(model, nu, reactions) && !evaluate(model, problem, options, nu, reactions, outcome))
       return false;
   }
-  if (std::any_of(islands_.begin(), islands_.end(),
-                  [](const Island& i) { return i.residuals.largest() > i.best; })) {
+  if (std::any_of(islands_.begin(), islands_.end(), [](const Island& i) { return !i.at_best; })) {
     nu = nu_best_;
     for (std::size_t i = 0; i < reactions.size(); ++i) reactions[i].p = p_best_[i];
     if (!evaluate(model, problem, options, nu, reactions, outcome)) return false;

@@ -65,12 +65,14 @@ class NonsmoothNewton {
  private:
   static constexpr double steps_rho[] = {1, 0.1, 10};
   static constexpr int maps = 3;
+  static constexpr int most_idle = 4;       // iterations of a guess that is near and gets no better
   static constexpr std::size_t memory = 8;  // merits that the search may fall back on
   struct Island {
     StepResiduals residuals;
     double merit = 0;  // [J]
     std::array<double, memory> merits{};
     double t = 1;            // of the search
+    bool near = false;       // what all in it miss is less than algebra may leave: the search takes it
     bool good = false;       // all in it pass
     double speed = 0;        // that it is measured by [m/s]
     double size = 0;         // largest speed that enters, the answer's among them [m/s]
@@ -79,12 +81,17 @@ class NonsmoothNewton {
     int map = 0;             // in use: which of the steps rho
     double best = infinity;  // residual met, and how many iterations have not halved it
     int stalled = 0;
-    bool loops = false;  // reactions may be redundant
-    double give = 0;     // of a compliance of 1, and of its reactions' w, the means [1/kg]
-    bool limit = false;  // the step in hand is to the limit of rows that give
-    int uneven = 0;      // more iterations that may be spent on that
+    bool loops = false;      // reactions may be redundant
+    double give = 0;         // of a compliance of 1, and of its reactions' w, the means [1/kg]
+    bool limit = false;      // the step in hand is to the limit of rows that give
+    int uneven = 0;          // more iterations that may be spent on that
+    bool best_good = false;  // whether that guess passes
+    bool at_best = false;    // the guess evaluated last is that one
     bool at_rounding() const { return good && residuals.largest() <= floor; }
-    bool done() const { return (at_rounding() || (good && stalled > 0)) && uneven == 0; }
+    bool polished() const { return near && !good && uneven == 0; }  // what is left is mended without the rule
+    bool done() const {
+      return (at_rounding() || (good && stalled > 0) || (near && stalled > most_idle)) && uneven == 0;
+    }
   };
 
   /// A miss that passes if rounding of what is added up is that large.
@@ -100,7 +107,8 @@ class NonsmoothNewton {
   void linearise(std::size_t i, const std::vector<Reaction>& reactions, double rho, double rounding);
   void judge_miss(Island& island, const Options& options, const Doubt& miss);
   void add_sizes_of_loads(const Model& model, const Options& options, Vector& sizes) const;
-  void settle_doubts(const Model& model, const Options& options, const std::vector<Reaction>& reactions);
+  void settle_doubts(const Model& model, const Options& options, const Vector& nu,
+                     const std::vector<Reaction>& reactions);
   bool evaluate(const Model& model, StepProblem& problem, const Options& options, const Vector& nu,
                 std::vector<Reaction>& reactions, NewtonOutcome& outcome);
   bool judge(const Model& model, const Options& options, const Vector& nu,
