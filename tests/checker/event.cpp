@@ -49,9 +49,10 @@ void judge_momentum(Step& s) {
     const Body& b = s.scene.bodies[at(i)];
     if (!b.moves() || jointed(s, s.island[at(i)])) continue;
     const BodyState &x = s.x.bodies[at(i)], &y = s.y.bodies[at(i)];
-    // what still slid or opened is brought to zero, what closes does so to the tolerance: as little as the row says
+    // what still slid or opened is brought to zero, what closes does so to the tolerance, impulses of a row are integrals: as little as the
+    // row says
     const auto dropped = [&](double speed) {
-      return jump ? std::min(2 * speed, most * s.speed_of(i) + 1e4 * nothing(s)) : 0;
+      return std::min(2 * speed, most * s.speed_of(i) + (jump ? 1e4 * nothing(s) : 0));
     };
     const double limit =
         (jump ? s.allowed(s.speed_of(i), sums[at(i)].linear_size) : by_rule * s.speed_of(i)) +
@@ -136,13 +137,43 @@ void judge_accelerations(Step& s) {
   }
 }
 
+/// A step across poses all of its laws where it began: velocities at the end of bodies where they were.
+bool carried(const Step& s) { return s.row.solver == "inelastic-step"; }
+
+/// The contact's relative velocity at the end of the row.
+Vector3d velocity_at_end(const Step& s, const Touch& t) {
+  if (!carried(s)) return relative_velocity(s.scene, s.y, t);
+  State back = s.x;
+  for (std::size_t i = 0; i < s.x.bodies.size(); ++i) {
+    if (!s.scene.bodies[i].moves()) continue;
+    back.bodies[i].v = s.y.bodies[i].v;
+    back.bodies[i].w = s.x.bodies[i].at.q * (s.y.bodies[i].at.q.conjugate() * s.y.bodies[i].w);
+  }
+  return relative_velocity(s.scene, back, t);
+}
+
+/// Whether an impact's normal velocities are not those of Newton's law, with e or without, at a contact that pushes: then it is Poisson's, whose
+/// friction belongs to two phases and need not be against the slip that is left.
+bool by_poisson(const Step& s) {
+  constexpr double near = 1e-6;
+  for (const ContactRow& c : s.contacts) {
+    const Touch *t = s.touch(s.at_y, c.contact), *x = s.touch(s.at_x, c.contact);
+    if (t == nullptr || x == nullptr || c.p.isZero(0)) continue;
+    const double after = t->normal.dot(relative_velocity(s.scene, s.y, *t));
+    const double before = std::min(0.0, x->normal.dot(relative_velocity(s.scene, s.x, *x)));
+    const double small = near * s.speed_of(*t) + nothing(s);
+    if (std::abs(after + t->e * before) > small && std::abs(after) > small) return true;
+  }
+  return false;
+}
+
 void judge_contact(Step& s, const ContactRow& c, Touch t) {
-  const bool carried =
-      s.row.solver == "inelastic-step";  // a step of its own across, with forces where it began
-  if (carried) t.normal = s.touch(s.at_x, c.contact)->normal;
+  const bool across = carried(s);
+  const double gap_at_end = t.gap;
+  if (across) t = *s.touch(s.at_x, c.contact);
   constexpr double near = 1e-6;
   const bool jump = s.h == 0 && !(c.f.norm() > 0);
-  s.fault("normal", c.contact + " gap", std::abs(c.gap - t.gap), 1e-9 * (t.turns ? 1 : size_of(s, t)));
+  s.fault("normal", c.contact + " gap", std::abs(c.gap - gap_at_end), 1e-9 * (t.turns ? 1 : size_of(s, t)));
   const Vector3d force = jump ? c.p : c.f;
   if (!force.allFinite() || force.isZero(0)) return;
   const double n = t.normal.dot(force);
@@ -155,15 +186,17 @@ void judge_contact(Step& s, const ContactRow& c, Touch t) {
   s.fault("normal", c.contact + " normal direction", (c.normal - t.normal).norm(), 1e-9);
   s.fault("normal", c.contact + " pulls", -n, near * size);
   s.fault("cone", c.contact, f.norm() - t.mu * std::max(n, 0.0), near * size);
-  const Vector3d u = relative_velocity(s.scene, s.y, t);
-  const double un = t.normal.dot(u), speed = s.speed_of(t);
-  const Vector3d u_t = u - un * t.normal;
+  const Vector3d u = velocity_at_end(s, t);
+  const double along = t.normal.dot(u), speed = s.speed_of(t);
+  const double un = along + (across ? std::max(t.gap, 0.0) / s.h : 0);
+  const Vector3d u_t = u - along * t.normal;
   if (!t.turns)
     s.fault("normal", c.contact + (jump ? " goes on" : " leaves"), jump ? -un : std::abs(un),
             (jump ? near : 0.1 * near) * speed + nothing(s));
   // what comes to rest keeps to a line, whatever its last direction
   if (t.stop || u_t.norm() < std::max(1e-3 * speed, 1e6 * nothing(s))) return;
   if (!jump && n < near * weight) return;
+  if (jump && by_poisson(s)) return;  // in its cone, and energy tells the rest
   s.fault("friction", c.contact, (f + t.mu * n * u_t.normalized()).norm(), 1e-5 * size);
 }
 

@@ -142,9 +142,10 @@ void EventRun::read_roots(EventSample& s) {
     }
     if (!root.of_force() || !(s.g[i] < -root.small)) continue;
     pulls = true;
+    s.feasible = s.feasible && s.g[i] >= -root.vague;
     slider_pulls = slider_pulls || (root.kind == Root::Lift && modes_.contacts[closed].slides);
   }
-  if (!pulls || slider_pulls || dynamics_.basis().size() == 0 || !forces_are_feasible(s)) return;
+  if (!pulls || slider_pulls || dynamics_.basis().size() == 0 || !take_feasible_forces(s)) return;
   for (Eigen::Index i = 0; i < n; ++i) {
     if (roots_[at(i)].of_force()) s.g[i] = std::max(s.g[i], feasible_root * roots_[at(i)].small);
   }
@@ -153,40 +154,6 @@ void EventRun::read_roots(EventSample& s) {
 bool EventRun::spent() const {
   constexpr long a_test = 300;  // evaluations that a complementarity problem is worth
   return dynamics_.evaluations + a_test * feasibility_tests_ > options_.max_evaluations;
-}
-
-/// Where contacts at rest are redundant, forces that pull do not say that others would: CP1 knows. Where some slide forces change
-/// the motion, and the least ones are a rule.
-bool EventRun::forces_are_feasible(const EventSample& s) {
-  ++feasibility_tests_;
-  AccelerationProblem problem;
-  const Instant instant = dynamics_.instant();
-  Modes modes = modes_;
-  for (std::size_t i = 0; i < modes.contacts.size(); ++i)
-    if (modes.contacts[i].slides) modes.contacts[i].direction = dynamics_.sliding_direction(s.x, i);
-  for (std::size_t i = 0; i < modes.contacts.size(); ++i)
-    if (modes.contacts[i].rolls)
-      modes.contacts[i].rolling = dynamics_.sliding_direction(s.x, i, Moving::Roll);
-  problem.compliance = slight_give;
-  problem.assemble(model_, s.x, instant, modes);
-  const AccelerationAnswer answer = problem.any_solution(model_);
-  if (answer.status == Cp1Status::None) return false;
-  const double small = 1e-6 * problem.acceleration_scale;
-  bool holds = true;
-  for (std::size_t i = 0; i < modes.contacts.size(); ++i) {
-    const ClosedContact& mode = modes.contacts[i];
-    const ContactInstant& c = instant.contacts[at(problem.contact_index[i])];
-    const MomentInstant* m = instant.moments_of(c);
-    const Vector3 slip = slip_of(c, m, answer.acceleration[i], answer.angular_acceleration[i], mode.lever),
-                  roll = roll_of(c, m, answer.angular_acceleration[i], mode.lever);
-    holds = holds && answer.acceleration[i].x() <= small && (mode.slides || slip.norm() <= small) &&
-            (mode.rolls || roll.norm() <= small);
-  }
-  for (std::size_t i = 0; i < modes.joints.size(); ++i)
-    if (modes.joints[i] == 0)
-      holds = holds && std::abs(answer.joint_acceleration[static_cast<Eigen::Index>(i)]) <=
-                           answer.joint_small[static_cast<Eigen::Index>(i)];
-  return holds;
 }
 
 }  // namespace perp

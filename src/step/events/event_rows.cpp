@@ -191,13 +191,15 @@ void EventRun::add_row(const EventSample& from, const EventSample& to, const Sta
   report.residuals.newton_euler = row.known ? row.momentum_residual : not_set;
   report.residuals.kinematic = row.known ? row.kinematic_residual : not_set;
   const Instant& instant = dynamics_.instant();
+  for (const EventSample* sample : {&from, &to}) add_shift(sample->shift, 0.5 * report.h, row);
   for (std::size_t i = 0; i < modes_.contacts.size(); ++i) {
     const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(modes_.contacts[i].point)])];
     ContactRow& contact =
         report.contacts.emplace_back(contact_row(c, Vector3::Zero(), mode_in(modes_, model_, c.point)));
-    contact.force = c.frame * to.force[i];
+    const Vector3 force = c.frame * to.force[i];
+    if (to.feasible) contact.force = force;
     contact.p_n = row.known ? row.normal[i] : report.h * to.force[i].x();
-    contact.impulse = row.known ? row.impulse[i] : report.h * contact.force;
+    contact.impulse = row.known ? row.impulse[i] : report.h * force;
     if (c.moments >= 0) contact.moment = row.known ? row.moment[i] : report.h * (c.frame * to.moment[i]);
   }
   begin_joints(model_, report);
@@ -252,7 +254,7 @@ void EventRun::add_jump_row() {
   for (std::size_t i = 0; i < modes_.contacts.size() && jump_rows_.empty(); ++i) {
     const ContactInstant& c = instant.contacts[at(instant.contact_of_point[at(modes_.contacts[i].point)])];
     report.contacts.push_back(contact_row(c, Vector3::Zero(), mode_in(modes_, model_, c.point)));
-    report.contacts.back().force = c.frame * now_.force[i];
+    if (now_.feasible) report.contacts.back().force = c.frame * now_.force[i];
   }
   begin_joints(model_, report);
   for (std::size_t i = 0; i < instant.joint_rows.size() && jump_reactions_.size() > 0; ++i) {

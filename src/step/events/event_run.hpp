@@ -50,6 +50,13 @@ struct Root {
   bool fell(double g, double rate) const { return g < -(armed || rate < -vague_rate ? small : vague); }
 };
 
+/// Forces that redundant rows at rest take in place of those of the flow, less these: contacts and moments in world axes.
+struct ForceShift {
+  std::vector<Vector3> contact, moment;
+  Vector joint_reaction, joint_friction;
+  bool none() const { return contact.empty(); }
+};
+
 /// The system at one state of a stretch: what rows, energies and root functions are made of.
 struct EventSample {
   State x;
@@ -60,6 +67,8 @@ struct EventSample {
   Vector joint_reaction;                 ///< of each joint equation
   Vector g, g_rate;                      ///< of the roots; rates of gaps and speeds, not of forces
   std::vector<Vector3> normal;           ///< of Touch, zero of other roots
+  bool feasible = true;                  ///< forces hold the modes: none pulls, or is outside its bound
+  ForceShift shift;                      ///< that these forces have in them
   RowSums row;                           ///< from the start of the step, of a flow that sums up
 };
 
@@ -137,7 +146,10 @@ class EventRun {
 
   EventSample sample(const State& x);
   void read_roots(EventSample& s);
-  bool forces_are_feasible(const EventSample& s);
+  bool goes_on(const AccelerationAnswer& answer) const;
+  bool take_feasible_forces(EventSample& s);
+  bool holds(const Modes& modes, const AccelerationProblem& problem, const AccelerationAnswer& answer) const;
+  void take_forces(const AccelerationAnswer& answer, EventSample& s) const;
   bool spent() const;
   State half_way(const EventSample& a, const EventSample& b) const;
   State between(const EventSample& a, const EventSample& b, double t) const;
@@ -155,6 +167,7 @@ class EventRun {
   void log_changes(const Modes& before, const std::vector<Root>& triggers);
   void log(EventKind kind, const std::string& name, ContactMode before, ContactMode after);
   void add_row(const EventSample& from, const EventSample& to, const State& end);
+  void add_shift(const ForceShift& shift, double time, RowSums& row) const;
   void add_jump_row();
   void certify(const EventSample& s);
   double moments_miss(const ContactInstant& c, const MomentInstant& m, const EventSample& s, std::size_t i,
@@ -174,6 +187,7 @@ class EventRun {
   EventSample now_;
   double t_begin_ = 0;  // of the run
   bool restart_ = true;
+  bool still_ = false;      // what a step across has left is stopped without restitution
   bool disturbed_ = false;  // the user has changed the state
   LoadsInTime loads_;
   LoadsInTime::Jump jump_;  // the next that is named

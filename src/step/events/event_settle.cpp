@@ -34,7 +34,6 @@ void begin_to_move(const ContactInstant& c, const MomentInstant& m, const Vector
 
 }  // namespace
 
-/// Jumps of velocity until nothing approaches, then the modes that CP1 says.
 /// The modes that velocities say: what is at rest but for rounding comes to rest.
 Modes EventRun::closed_modes(const State& x) const {
   Modes closed = modes_by_velocity(model_, x, instant_, scales_, closing_);
@@ -48,6 +47,14 @@ Modes EventRun::closed_modes(const State& x) const {
   return closed;
 }
 
+/// Whether a closed contact accelerates into its other body by an answer of CP1: what joints drive there it cannot hold.
+bool EventRun::goes_on(const AccelerationAnswer& answer) const {
+  constexpr double most = 1e-5;  // of the accelerations
+  for (std::size_t i = 0; i < answer.acceleration.size(); ++i)
+    if (answer.acceleration[i].x() < -most * problem_.acceleration_scale - answer.small[i]) return true;
+  return false;
+}
+
 /// CP1 in them; with a slight compliance where rows repeat each other, if it has an answer so.
 AccelerationAnswer EventRun::accelerations(const State& x, const Modes& closed) {
   problem_.compliance = dynamics_.basis().size() > 0 ? slight_give : 0;
@@ -57,11 +64,13 @@ AccelerationAnswer EventRun::accelerations(const State& x, const Modes& closed) 
   problem_.most_choices = slides ? AccelerationProblem::all_choices : 256;
   problem_.assemble(model_, x, instant_, closed);
   AccelerationAnswer answer = problem_.solve(model_, {});
-  if (answer.status == Cp1Status::None && problem_.compliance > 0) {
+  const auto none = [&] { return answer.status == Cp1Status::None || goes_on(answer); };
+  if (none() && problem_.compliance > 0) {
     problem_.compliance = 0;
     problem_.assemble(model_, x, instant_, closed);
     answer = problem_.solve(model_, {});
   }
+  if (none()) answer.status = Cp1Status::None;
   return answer;
 }
 
@@ -80,6 +89,7 @@ void EventRun::arm_roots(const std::vector<Root>& triggers) {
   }
 }
 
+/// Jumps of velocity until nothing approaches, then the modes that CP1 says.
 bool EventRun::settle(const std::vector<Root>& triggers) {
   State& x = now_.x;
   jump_rows_.clear();
@@ -100,7 +110,7 @@ bool EventRun::settle(const std::vector<Root>& triggers) {
         std::any_of(instant_.contacts.begin(), instant_.contacts.end(), [&](const ContactInstant& c) {
           return c.psi_n <= scales_.small_gap() && c.velocity(x.nu).x() < -scales_.small_speed();
         });
-    if (approach || (attempt == 0 && disturbed_ && joint_rate() > scales_.small_speed())) {
+    if (approach || (attempt == 0 && (disturbed_ || still_) && joint_rate() > scales_.small_speed())) {
       if (!jump(false)) return fail(StepStatus::NotSolved, "an impact was not solved");
       continue;
     }
@@ -191,7 +201,7 @@ bool EventRun::jump(bool jam) {
   for (const ContactInstant& c : instant_.contacts) {
     const double approach = -c.velocity(x.nu).x();
     if (c.e > 0 && c.psi_n <= scales_.small_gap() && approach > scales_.small_speed() &&
-        inelastic(c.point, approach))
+        (still_ || inelastic(c.point, approach)))
       options.inelastic.push_back(c.point);
   }
   const Impact impact = solve_impact(model_, x, options);
@@ -211,6 +221,7 @@ bool EventRun::jump(bool jam) {
                           .impulse = c.impulse,
                           .moment = c.moment,
                           .mode = c.mode});
+    if (still_) continue;  // what the step before has left is no event
     const bool still =
         std::find(options.inelastic.begin(), options.inelastic.end(), c.point) != options.inelastic.end();
     if (std::none_of(jumped_.begin(), jumped_.end(), [&](const Jumped& j) { return j.point == c.point; }))
@@ -275,7 +286,10 @@ bool EventRun::carry_across(double t_stop, const std::string& why) {
   restart_ = true;
   natural_step_ = 0;
   short_steps_ = 0;
-  if (!settle({})) return false;
+  still_ = true;
+  const bool settled = settle({});
+  still_ = false;
+  if (!settled) return false;
   log(EventKind::Zeno, "", ContactMode::Open, ContactMode::Open);
   log_changes(before, {});
   add_jump_row();

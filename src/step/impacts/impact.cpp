@@ -29,12 +29,14 @@ struct Touching {
   FrictionProblem problem;  // W and q at the velocities before
   Vector approach;          // u_n- of each contact
   double speed = 0;         // what speeds are measured by
+  double length = 0;        // and lengths
 
   Touching(const Model& model, const State& x, const ImpactOptions& options) {
     evaluate(model, x, s);
     if (!s.fault.empty()) refuse("solve_impact", "x", "a state", s.fault);
     const Scales scales = scales_of(model, x, s);
     speed = scales.speed;
+    length = scales.length;
     s.joint_frictions.clear();
     island.joint_rows.resize(s.joint_rows.size());
     std::iota(island.joint_rows.begin(), island.joint_rows.end(), 0);
@@ -61,6 +63,17 @@ struct Touching {
 
   int normal_row(std::size_t i) const { return reduced.rows_of(static_cast<int>(i)); }
   const ContactInstant& contact(std::size_t i) const { return s.contacts[at(island.contacts[i])]; }
+
+  /// Whether nothing that touches approaches at nu, and joints hold: of contacts that joints hold still W says no more than rounding.
+  bool parts(const Vector& nu) const {
+    constexpr double most = 1e-6;  // of the speeds
+    return std::all_of(island.contacts.begin(), island.contacts.end(),
+                       [&](int i) { return s.contacts[at(i)].velocity(nu).x() >= -most * speed; }) &&
+           std::all_of(s.joint_rows.begin(), s.joint_rows.end(), [&](const JointRowInstant& row) {
+             const double arm = row.world.linear.isZero(0) ? length : 1;
+             return arm * std::abs(row.velocity(nu)) <= most * speed;
+           });
+  }
 
   /// nu+, and the joints' reactions to r.
   Vector velocity(const Model& model, const State& x, const Vector& r, Vector& reactions) const {
@@ -185,7 +198,7 @@ Impact at_once(const Model& model, const State& x, const ImpactOptions& options)
     r = solution.r;
     impact.residual = solution.residual;
     after.nu = touching.velocity(model, x, r, impact.joint_reactions);
-    impact.solved = after.nu.allFinite();
+    impact.solved = after.nu.allFinite() && touching.parts(after.nu);
     return impact.solved;
   };
   // what prescribed bodies do adds energy by right

@@ -181,7 +181,9 @@ bool inelastic_step(const Model& model, State& x, double h, StepReport& report) 
   step.answer.nu_q = moved.nu;
   step.answer.q_moved = moved.q;
   if (!moved.q.allFinite() || !moved.nu.allFinite()) return false;
+  const Vector nu = moved.nu;
   const Projection projection = project_onto_constraints(model, moved);
+  moved.nu = nu;  // what would change it is an impulse
   if (!projection.reached) return false;
   report.projection = projection.moved;
 
