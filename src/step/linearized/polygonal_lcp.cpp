@@ -9,7 +9,7 @@ namespace perp {
 namespace {
 
 /// The part of x along a column.
-double along(const PolygonalLcp::Column& c, const Vector& x) {
+double along_column(const PolygonalLcp::Column& c, const Vector& x) {
   double sum = c.c0 * x[c.row];
   if (c.rows > 1) sum += c.c1 * x[c.row + 1];
   if (c.rows > 2) sum += c.c2 * x[c.row + 2];
@@ -142,7 +142,7 @@ void PolygonalLcp::fill(const ReducedSystem& reduced, const Island& island, cons
       const Column& a = columns_[at(i)];
       F(i, j) = F(j, i) = a.scale * b.scale * between(a, W, b);
     }
-    double q = along(b, reduced.q);
+    double q = along_column(b, reduced.q);
     if (b.group < 0) q += terms.gap_term[island.contacts[at(j)]];
     f[j] = b.scale * q;
     if (b.group >= 0) {
@@ -215,7 +215,7 @@ double PolygonalLcp::friction_residual(const Vector& z, const Vector& u, const V
       const Column& c = columns_[j];
       if (c.group != static_cast<int>(g)) continue;
       const double beta = c.scale * z[static_cast<int>(j)];
-      const double speed = sigma + along(c, u);
+      const double speed = sigma + along_column(c, u);
       miss = std::max(miss, std::abs(std::min(speed, group.diagonal * beta)));
       unit = length[c.row];
       room -= beta;
