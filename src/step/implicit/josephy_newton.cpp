@@ -187,13 +187,13 @@ bool NonsmoothNewton::josephy_newton(const Model& model, StepProblem& problem, c
                                      bool ipopt, Vector& nu, std::vector<Reaction>& reactions,
                                      NewtonOutcome& outcome) {
   constexpr int most_rounds = 12;
-  constexpr int most_idle = 2;       // rounds in a row that have not halved the residual
-  constexpr double most_work = 2e5;  // rows times iterations of the chain, over all rounds
-  constexpr Eigen::Index few = 180;  // rows up to which Ipopt's dense problem is affordable
+  constexpr int most_idle_rounds = 2;  // rounds in a row that have not halved the residual
+  constexpr double most_work = 2e5;    // rows times iterations of the chain, over all rounds
+  constexpr Eigen::Index few = 180;    // rows up to which Ipopt's dense problem is affordable
   FrictionOptions how{.tolerance = options.tolerance, .use_ipopt = false};
   how.method = ipopt ? FrictionMethod::Ipopt : FrictionMethod::Chain;
   double best = infinity, work = 0;
-  for (int round = 0, idle = 0; round < most_rounds && idle < most_idle && work < most_work; ++round) {
+  for (int round = 0, idle = 0; round < most_rounds && idle < most_idle_rounds && work < most_work; ++round) {
     problem.differentiate(reactions, K_);
     Rows rows(reactions);
     if (rows.contacts == 0 || (ipopt && rows.contacts > few)) return false;
