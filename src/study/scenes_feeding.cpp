@@ -129,7 +129,8 @@ Scene fixture(Parameters& set) {
   Scene s;
   s.id = "fixture";
   s.what =
-      "A part on a table is pushed against three locators by two clamps, one after the other, and seats or does not";
+      "A part on a table is pushed against three locators by two clamps, one after the other, and seats or "
+      "does not";
   s.t_end = 1.2;
   const BodyId part = s.model.add_body(
       Shape::box(size),
