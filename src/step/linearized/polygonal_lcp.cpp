@@ -18,15 +18,10 @@ double along_column(const PolygonalLcp::Column& c, const Vector& x) {
 
 /// a^T W b.
 double between(const PolygonalLcp::Column& a, const Matrix& W, const PolygonalLcp::Column& b) {
-  const auto with = [&](int row) {
-    double sum = b.c0 * W(row, b.row);
-    if (b.rows > 1) sum += b.c1 * W(row, b.row + 1);
-    if (b.rows > 2) sum += b.c2 * W(row, b.row + 2);
-    return sum;
-  };
-  double sum = a.c0 * with(a.row);
-  if (a.rows > 1) sum += a.c1 * with(a.row + 1);
-  if (a.rows > 2) sum += a.c2 * with(a.row + 2);
+  const double of_a[] = {a.c0, a.c1, a.c2}, of_b[] = {b.c0, b.c1, b.c2};
+  double sum = 0;
+  for (int i = 0; i < a.rows; ++i)
+    for (int j = 0; j < b.rows; ++j) sum += of_a[i] * of_b[j] * W(a.row + i, b.row + j);
   return sum;
 }
 
